@@ -63,7 +63,7 @@ build/inputs: FORCE
 
 build/executed/.done: build/inputs | $(ENV)
 	@echo "==> Executing the notebooks"
-	@rm -rf build/executing && mkdir build/executing
+	@rm -rf build/executing && mkdir -p build/executing build/config/ipython
 	@cp -R notebooks build/executing/ && find build/executing -name .ipynb_checkpoints -exec rm -rf {} +
 	$(BIN)/python -m pytest --nbmake --overwrite --nbmake-timeout=900 -n $(JOBS) --dist worksteal \
 	  --durations=0 -p no:cacheprovider -W default build/executing
