@@ -1,0 +1,45 @@
+"""Target motion analysis from angles: scenarios, bounds, estimators, Monte-Carlo, verdicts.
+
+>>> import numpy as np, tmalib as tma
+>>> platform = tma.Course((0, 0), speed=7, heading=np.pi / 2,
+...     legs=[tma.Straight(200), tma.Turn(400, rate=-np.radians(20) / 60), tma.Straight(600)])
+>>> target = tma.Target((15e3, 18e3), speed=5, heading=np.radians(150))
+>>> scenario = tma.Scenario(target, platform, [
+...     tma.Sensor(tma.Bearing(), times=np.arange(0, 1200, 1), sigma=np.radians(1)),
+...     tma.Sensor(tma.DelayedBearing(c=1500), times=np.arange(0, 1200, 4), sigma=np.radians(1))],
+...     reference_time=1199)
+>>> tma.crlb_sigma(scenario).shape
+(4,)
+>>> angles = scenario.simulate(runs=500, seed=1)
+>>> fit = tma.fit(scenario, angles, start=tma.along_first_bearing(scenario, angles, range=10e3))
+>>> bool(fit.converged.all())
+True
+"""
+
+from .batch import Fit, along_first_bearing, fit
+from .bearings import Bearing, DelayedBearing, bearing, propagation_delay, wrap
+from .bounds import (
+    Ellipse,
+    confidence_ellipse,
+    crlb,
+    crlb_sigma,
+    fisher_information,
+    information_rank,
+    nees,
+    nees_limits,
+)
+from .charts import Cartesian, ModifiedPolar
+from .montecarlo import Statistics, monte_carlo, statistics, stream
+from .motion import Course, SampledCourse, Straight, Target, Turn, propagate, transition
+from .recursive import Prior, Track, ekf
+from .scenario import Scenario, Sensor
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Bearing", "Cartesian", "Course", "DelayedBearing", "Ellipse", "Fit", "ModifiedPolar", "Prior",
+    "SampledCourse", "Scenario", "Sensor", "Statistics", "Straight", "Target", "Track", "Turn",
+    "along_first_bearing", "bearing", "confidence_ellipse", "crlb", "crlb_sigma", "ekf", "fisher_information",
+    "fit", "information_rank", "monte_carlo", "nees", "nees_limits", "propagate", "propagation_delay",
+    "statistics", "stream", "transition", "wrap",
+]  # fmt: skip

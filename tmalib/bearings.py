@@ -1,0 +1,198 @@
+"""Bearings that arrive at once and bearings that arrive late: value and gradient together.
+
+The target has the state ``X = (x, y, vx, vy)`` at the reference time and constant velocity. A
+bearing taken at time ``t``, a *lag* ``s = t - t_ref`` later, sees the relative position
+
+    d = (x + s vx - xo, y + s vy - yo) = r (sin theta, cos theta).
+
+*Instantaneous bearing* (`emw-acoustic`, equation (6)):
+
+    theta = atan2(dx, dy),      grad theta = [cos theta, -sin theta, s cos theta, -s sin theta] / r.
+
+*Delayed bearing.* What is heard at ``t`` was emitted at ``t - tau``, where
+``c tau = |P_T(t - tau) - P_O(t)|``. Squared, this is a quadratic in ``tau``; its one non-negative
+root for ``|V| < c`` is (Section II)
+
+    tau = (sqrt((V.d)^2 + (c^2 - |V|^2) |d|^2) - V.d) / (c^2 - |V|^2).
+
+With ``(sin, cos)`` the direction of the emission point, ``R = c tau`` its range and
+``q = (vy sin - vx cos) / (c + vx sin + vy cos)``, equations (2)-(5) and (7) are
+
+    d theta / dx = (cos + q sin) / R,      d theta / dvx = (s - tau) d theta / dx,
+    d theta / dy = (-sin + q cos) / R,     d theta / dvy = (s - tau) d theta / dy.
+
+A *measurement model* is an object with
+
+``coordinates``
+    names of the state's components, in order;
+``site(platform, times)``
+    what the model has to know of the platform, an array ``(k, N)``;
+``kernel(state, site, lag)``
+    value and gradient, elementwise: ``state`` is a sequence of n arrays that broadcast against the
+    rows of ``site`` and against ``lag``; returns the value and its gradient, components first;
+``residual(measured, predicted)``
+    measured minus predicted, wrapped where the measurement is an angle;
+``observe(target, platform, times)``
+    the noise-free measurement of any motion, one that leaves the model included.
+
+Angles are in radians, clockwise from north; metres, seconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._checks import check_scalar
+
+TWO_PI = 2 * np.pi
+
+
+def wrap(angle):
+    """The angle in radians brought into [-pi, pi], the one place where angles are wrapped."""
+    return angle - TWO_PI * np.rint(angle / TWO_PI)
+
+
+def bearing(displacement):
+    """Bearing ``atan2(dx, dy)`` of displacements ``(..., 2)``, in radians clockwise from north."""
+    displacement = np.asarray(displacement, dtype=float)
+    return np.arctan2(displacement[..., 0], displacement[..., 1])
+
+
+def propagation_delay(displacement, velocity, c):
+    """Time that sound needs from a target in constant velocity motion to the observer.
+
+    Parameters
+    ----------
+    displacement : array_like, shape (..., 2)
+        Target minus observer at the time of *reception*, in metres.
+    velocity : array_like, shape (..., 2)
+        Velocity of the target, in m/s.
+    c : float
+        Speed of sound in m/s.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        The delay ``tau`` in seconds, the closed form at the top of this file.
+
+    Raises
+    ------
+    ValueError
+        For ``c <= 0`` and for a target that is not slower than sound.
+
+    Notes
+    -----
+    Source: `emw-acoustic`, Section II.
+
+    Examples
+    --------
+    A target 1500 m away that does not move is heard one second late:
+
+    >>> float(propagation_delay([0.0, 1500.0], [0.0, 0.0], c=1500.0))
+    1.0
+    """
+    c = check_scalar("c", c, above=0.0)
+    dx, dy = np.moveaxis(np.asarray(displacement, dtype=float), -1, 0)
+    vx, vy = np.moveaxis(np.asarray(velocity, dtype=float), -1, 0)
+    fastest = np.max(np.hypot(vx, vy), initial=0.0)
+    if not fastest < c:
+        raise ValueError(f"the target must be slower than c = {c} m/s, got a speed of {fastest} m/s")
+    return _delay(dx, dy, vx, vy, c)
+
+
+def _delay(dx, dy, vx, vy, c):
+    radial = vx * dx + vy * dy
+    slack = c * c - (vx * vx + vy * vy)
+    return (np.sqrt(radial * radial + slack * (dx * dx + dy * dy)) - radial) / slack
+
+
+def _displacement(state, site, lag):
+    """Target minus platform at the measurement times, as two fresh arrays."""
+    x, y, vx, vy = state
+    dx, dy = lag * vx, lag * vy
+    dx += x
+    dx -= site[0]
+    dy += y
+    dy -= site[1]
+    return dx, dy
+
+
+class _Angle:
+    """What the two bearing models share."""
+
+    coordinates = ("x", "y", "vx", "vy")
+
+    def site(self, platform, times):
+        """Position of the platform, shape ``(2, N)``."""
+        return np.ascontiguousarray(platform.position(times).T)
+
+    def residual(self, measured, predicted):
+        """Difference of two angles, in [-pi, pi]."""
+        return wrap(measured - predicted)
+
+
+@dataclass(frozen=True)
+class Bearing(_Angle):
+    """Instantaneous bearing (electromagnetic or optical), `emw-acoustic` equation (6)."""
+
+    def kernel(self, state, site, lag):
+        dx, dy = _displacement(state, site, lag)
+        scale = 1.0 / (dx * dx + dy * dy)
+        gradient = np.empty((4, *dx.shape))
+        np.multiply(dy, scale, out=gradient[0])
+        np.multiply(dx, -scale, out=gradient[1])
+        np.multiply(lag, gradient[:2], out=gradient[2:])
+        return np.arctan2(dx, dy), gradient
+
+    def observe(self, target, platform, times):
+        """Bearing of the target at the ``times``, in radians, shape ``(N,)``."""
+        return bearing(target.position(times) - platform.position(times))
+
+
+@dataclass(frozen=True)
+class DelayedBearing(_Angle):
+    """Acoustic bearing that arrives after the propagation delay, `emw-acoustic` (2)-(5), (7).
+
+    Parameters
+    ----------
+    c : float
+        Speed of sound in m/s, positive.
+    """
+
+    c: float = 1500.0
+
+    def __post_init__(self):
+        check_scalar("c", self.c, above=0.0)
+
+    def kernel(self, state, site, lag):
+        _, _, vx, vy = state
+        dx, dy = _displacement(state, site, lag)
+        tau = _delay(dx, dy, vx, vy, self.c)
+        dx -= tau * vx
+        dy -= tau * vy
+        scale = 1.0 / (self.c * tau)
+        sin, cos = dx * scale, dy * scale
+        q = (vy * sin - vx * cos) / (self.c + vx * sin + vy * cos)
+        gradient = np.empty((4, *dx.shape))
+        np.multiply(cos + q * sin, scale, out=gradient[0])
+        np.multiply(q * cos - sin, scale, out=gradient[1])
+        np.multiply(lag - tau, gradient[:2], out=gradient[2:])
+        return np.arctan2(dx, dy), gradient
+
+    def observe(self, target, platform, times, tolerance=1e-12, max_iterations=200):
+        """Delayed bearing of any motion slower than sound, shape ``(N,)``, in radians.
+
+        The delay is the fixed point of ``tau = |P_T(t - tau) - P_O(t)| / c``; the iteration
+        contracts by the ratio of speeds. It needs the target's position before the first time.
+        """
+        times = np.asarray(times, dtype=float)
+        here = platform.position(times)
+        tau = np.zeros_like(times)
+        for _ in range(max_iterations):
+            gap = target.position(times - tau) - here
+            before, tau = tau, np.hypot(gap[..., 0], gap[..., 1]) / self.c
+            if np.max(np.abs(tau - before), initial=0.0) <= tolerance * (1 + np.max(tau, initial=0.0)):
+                return bearing(target.position(times - tau) - here)
+        raise ValueError(f"no propagation delay found for c = {self.c} m/s: is the target slower than sound?")

@@ -1,0 +1,251 @@
+"""The ledger of printed values, and the verdict on each.
+
+The ledger is package data, ``data/published.csv``: one row a printed number, with the key ``(paper,
+table, row, column)``, the value exactly as printed, its unit and its kind. Code reads it; no number of
+a paper stands anywhere else.
+
+*Deterministic* rows (bounds, factors) and *inputs* agree when ours differs by at most one unit of the
+last printed digit. *Monte-Carlo* rows are compared by
+
+    z = max(0, |ours - printed| - half a unit) / sqrt(SE_ours^2 + SE_printed^2).
+
+SE_printed is the sampling error of a statistic from the paper's number of runs, computed from our
+spread. The m rows of a table are one family: with the Sidak level ``1 - (1 - alpha)^(1/m)`` a table
+that is right is rejected with probability alpha at most. A criterion that cannot reject is not a pass,
+so each Monte-Carlo row also states the smallest deviation that would have been found with 80 %
+probability.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import asdict, dataclass
+from functools import cache
+from importlib.resources import files
+from statistics import NormalDist
+
+import numpy as np
+
+from ._checks import check_scalar
+
+ALPHA = 0.05
+POWER = 0.8
+MIME = "application/vnd.tmalib.claims+json"
+
+REPRODUCED = "reproduced"
+CORRECTED = "reproduced after correction"
+NOT_REPRODUCED = "not reproduced"
+INCONCLUSIVE = "inconclusive"
+UNSPECIFIED = "unspecified"
+SYMBOLS = {REPRODUCED: "✓", CORRECTED: "✓*", NOT_REPRODUCED: "✗", INCONCLUSIVE: "?", UNSPECIFIED: "~"}
+
+
+@dataclass(frozen=True)
+class Printed:
+    """One row of the ledger."""
+
+    paper: str
+    table: str
+    row: str
+    column: str
+    printed: str
+    unit: str
+    kind: str
+    runs: int | None
+
+    @property
+    def key(self):
+        """``(paper, table, row, column)``."""
+        return (self.paper, self.table, self.row, self.column)
+
+    @property
+    def value(self):
+        """The printed number."""
+        return float(self.printed)
+
+    @property
+    def last_digit(self):
+        """One unit of the last printed digit: 0.01 for "1.50", 10000 for "1.16e6"."""
+        mantissa, _, exponent = self.printed.lower().partition("e")
+        decimals = len(mantissa.partition(".")[2])
+        return 10.0 ** (int(exponent or 0) - decimals)
+
+
+@cache
+def ledger():
+    """All printed values, a dict from key to `Printed`."""
+    with (files("tmalib") / "data" / "published.csv").open(encoding="utf-8") as lines:
+        rows = [Printed(**row | {"runs": int(row["runs"]) if row["runs"] else None}) for row in csv.DictReader(lines)]
+    return {row.key: row for row in rows}
+
+
+def printed(paper, table, row, column):
+    """The ledger's row with this key; `ValueError` if there is none."""
+    key = (paper, table, row, column)
+    if key not in ledger():
+        raise ValueError(f"no printed value {key}; see claims.ledger() for the keys")
+    return ledger()[key]
+
+
+@dataclass(frozen=True)
+class Ours:
+    """Our value for a printed one.
+
+    Attributes
+    ----------
+    value : float
+    se : float
+        Standard error of ours; 0 for a deterministic value.
+    se_printed : float
+        Standard error that the printed statistic had, from the paper's number of runs.
+    erratum : str
+        Identifier of the erratum whose correction was applied, if any.
+    assumption : str
+        What had to be assumed because the paper does not say it, if anything.
+    note : str
+    """
+
+    value: float
+    se: float = 0.0
+    se_printed: float = 0.0
+    erratum: str = ""
+    assumption: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A judged row of the ledger; ``z`` and ``detectable`` are None where deterministic."""
+
+    paper: str
+    table: str
+    row: str
+    column: str
+    printed: str
+    unit: str
+    ours: float
+    se: float
+    z: float | None
+    detectable: float | None
+    verdict: str
+    erratum: str
+    note: str
+
+
+def z_score(printed_value, last_digit, ours):
+    """Deviation in standard errors, rounding of the printed value allowed for."""
+    excess = max(0.0, abs(ours.value - printed_value) - last_digit / 2)
+    return excess / np.hypot(ours.se, ours.se_printed)
+
+
+def sidak_limit(rows, alpha=ALPHA):
+    """Largest ``|z|`` in a family of ``rows`` rows that does not reject at level ``alpha``."""
+    alpha = check_scalar("alpha", alpha, above=0.0)
+    level = 1 - (1 - alpha) ** (1 / rows)
+    return NormalDist().inv_cdf(1 - level / 2)
+
+
+def judge(paper, table, ours, *, alpha=ALPHA):
+    """Judge rows of a table.
+
+    Parameters
+    ----------
+    paper, table : str
+    ours : dict
+        ``(row, column)`` to `Ours`. All Monte-Carlo rows of the table belong in one call: they are the
+        family over which the level is kept.
+    alpha : float
+        Probability of rejecting a table that is right.
+
+    Returns
+    -------
+    Verdicts
+
+    Raises
+    ------
+    ValueError
+        For a key that is not in the ledger, an empty dict, a value that is not finite, or a
+        Monte-Carlo row without standard errors.
+    """
+    rows = {key: printed(paper, table, *key) for key in ours}
+    if not rows:
+        raise ValueError("nothing to judge: ours is empty")
+    family = sum(row.kind == "monte-carlo" for row in rows.values())
+    limit = sidak_limit(family, alpha) if family else None
+    return Verdicts(tuple(_judge_row(row, ours[key], limit) for key, row in rows.items()), limit)
+
+
+def _judge_row(row, ours, limit):
+    check_scalar(f"our value of {row.key}", ours.value)
+    z = detectable = None
+    if row.kind == "monte-carlo":
+        if not (ours.se > 0 and ours.se_printed > 0):
+            raise ValueError(f"the Monte-Carlo row {row.key} needs standard errors, got {ours}")
+        z = z_score(row.value, row.last_digit, ours)
+        spread = np.hypot(ours.se, ours.se_printed)
+        detectable = float(row.last_digit / 2 + (limit + NormalDist().inv_cdf(POWER)) * spread)
+        agrees = z <= limit
+        resolved = ours.se <= ours.se_printed
+    else:
+        # Rounding of the difference itself must not decide: a part in 1e9 of a digit is let pass.
+        agrees = abs(ours.value - row.value) <= row.last_digit * (1 + 1e-9)
+        resolved = True
+    if ours.assumption:
+        verdict = UNSPECIFIED
+    elif not resolved:
+        verdict = INCONCLUSIVE
+    elif not agrees:
+        verdict = NOT_REPRODUCED
+    else:
+        verdict = CORRECTED if ours.erratum else REPRODUCED
+    note = "; ".join(part for part in (ours.note, ours.assumption) if part)
+    z = None if z is None else float(z)
+    return Claim(
+        *row.key, row.printed, row.unit, float(ours.value), float(ours.se), z, detectable, verdict, ours.erratum, note
+    )
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """Judged rows of one table; shows itself as a table and carries its claims to the book."""
+
+    claims: tuple
+    limit: float | None
+
+    def __iter__(self):
+        return iter(self.claims)
+
+    def __len__(self):
+        return len(self.claims)
+
+    def of(self, row, column):
+        """The claim on one row."""
+        for claim in self.claims:
+            if (claim.row, claim.column) == (row, column):
+                return claim
+        raise ValueError(f"no claim on row {row!r}, column {column!r} was judged here")
+
+    def count(self, *verdicts):
+        """How many rows have one of these verdicts."""
+        return sum(claim.verdict in verdicts for claim in self.claims)
+
+    def __str__(self):
+        lines = [("row", "column", "printed", "ours", "se", "z", "verdict")]
+        for c in self.claims:
+            z = "" if c.z is None else f"{c.z:.2f}"
+            se = f"{c.se:.2g}" if c.se else ""
+            lines.append((c.row, c.column, c.printed, same_digits(c.ours, c.printed), se, z, c.verdict))
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+
+    def _repr_mimebundle_(self, include=None, exclude=None):
+        return {"text/plain": str(self), MIME: [asdict(claim) for claim in self.claims]}
+
+
+def same_digits(value, like):
+    """``value`` written with as many digits as the printed number ``like``."""
+    mantissa, _, exponent = like.lower().partition("e")
+    decimals = len(mantissa.partition(".")[2])
+    text = f"{value:.{decimals}{'e' if exponent else 'f'}}"
+    return re.sub(r"e([+-])0*(\d)", lambda m: f"e{m[1].replace('+', '')}{m[2]}", text)

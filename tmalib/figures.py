@@ -1,0 +1,106 @@
+"""Figures: one style, one colour an entity, and the shapes that every chapter draws.
+
+Colours are those of Okabe and Ito, which readers with any common colour vision can tell apart; entities
+also differ by line or marker. Axes are in kilometres, east to the right, north up.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+
+COLOURS = {
+    "platform": "#0072B2",
+    "platform as printed": "#56B4E9",
+    "target": "#D55E00",
+    "mle": "#009E73",
+    "ekf": "#CC79A7",
+    "ellipse": "#000000",
+    "sound": "#0072B2",
+    "light": "#E69F00",
+    "null": "#7F7F7F",
+}
+
+STYLE = {
+    "figure.figsize": (6.4, 4.2),
+    "figure.constrained_layout.use": True,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "font.size": 10,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#E0E0E0",
+    "grid.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    "lines.linewidth": 1.6,
+    "svg.hashsalt": "tmalib",
+    "svg.fonttype": "path",
+}
+
+
+def use_style():
+    """Set the style; in a notebook, also ask for SVG and PDF output. The first cell of a chapter."""
+    os.environ.setdefault("SOURCE_DATE_EPOCH", "1451606400")  # a fixed date inside SVG and PDF files
+    mpl.rcParams.update(STYLE)
+    try:
+        from matplotlib_inline.backend_inline import set_matplotlib_formats
+    except ImportError:
+        return
+    set_matplotlib_formats("svg", "pdf", bbox_inches=None, dpi=150)
+
+
+def colour(entity):
+    """Colour of an entity; `ValueError` for one that has none."""
+    if entity not in COLOURS:
+        raise ValueError(f"entity must be one of {sorted(COLOURS)}, got {entity!r}")
+    return COLOURS[entity]
+
+
+def map_axes(ax, *, step=None):
+    """Make ``ax`` a map: equal scales, kilometres east and north."""
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_xlabel("East (km)")
+    ax.set_ylabel("North (km)")
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(mpl.ticker.MultipleLocator(step) if step else MaxNLocator(6))
+    return ax
+
+
+def path(ax, positions, entity, label=None, mark=None, **line):
+    """A trajectory through ``positions`` (m, shape (N, 2)); ``mark`` is a letter at its start."""
+    x, y = np.asarray(positions).T / 1e3
+    ax.plot(x, y, color=colour(entity), label=label or entity, **line)
+    if mark:
+        ax.annotate(
+            mark, (x[0], y[0]), xytext=(-5, 5), textcoords="offset points",
+            ha="right", color=colour(entity), fontweight="bold",
+        )  # fmt: skip
+
+
+def cloud(ax, positions, entity, label=None, size=4.0):
+    """Estimated positions (m, shape (runs, 2)), drawn as a bitmap inside the vector figure."""
+    x, y = np.asarray(positions).T / 1e3
+    ax.scatter(x, y, s=size, color=colour(entity), alpha=0.45, linewidths=0, rasterized=True, label=label)
+
+
+def ellipse(ax, shape, label=None):
+    """A confidence `Ellipse` with its centre."""
+    x, y = shape.boundary().T / 1e3
+    ax.plot(x, y, color=colour("ellipse"), linewidth=1.3, label=label)
+    ax.plot(*np.asarray(shape.centre) / 1e3, marker="+", color=colour("ellipse"), markersize=7, linestyle="none")
+
+
+def save(figure, name):
+    """Write ``figure`` as ``name.svg`` and ``name.pdf``; the same figure gives the same bytes."""
+    name = Path(name)
+    name.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(name.with_suffix(".svg"), metadata={"Date": None}, dpi=150)
+    figure.savefig(name.with_suffix(".pdf"), metadata={"CreationDate": None}, dpi=150)
+    plt.close(figure)

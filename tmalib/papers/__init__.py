@@ -1,0 +1,1 @@
+"""The papers' scenarios, each as printed and, where it differs, as computed."""
