@@ -18,7 +18,7 @@ ENV = $(VENV)/.tmalib
 export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 export MKL_NUM_THREADS = 1
-export SOURCE_DATE_EPOCH = 1467331200
+export SOURCE_DATE_EPOCH = 1767225600
 export PYTHONHASHSEED = 0
 export PYTHONNOUSERSITE = 1
 export PYDEVD_DISABLE_FILE_VALIDATION = 1
@@ -37,13 +37,17 @@ help:  ## list the targets
 
 env: $(ENV)  ## create .venv from environment.txt (about 2 minutes)
 
-# A changed lock starts from an empty environment, so nothing stale stays behind.
-$(VENV)/.requirements: environment.txt
+# A changed lock starts from an empty environment, so nothing stale stays behind. The stamp is a copy of the
+# lock that was installed: its content decides, not its date.
+ifneq ($(shell cmp -s environment.txt $(VENV)/.requirements && echo same), same)
+$(VENV)/.requirements: FORCE
+endif
+$(VENV)/.requirements:
 	@echo "==> Python environment: .venv from environment.txt"
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed")'
 	$(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python -m pip install --require-hashes --only-binary :all: -r environment.txt
-	@touch $@
+	@cp environment.txt $@
 
 $(ENV): $(VENV)/.requirements pyproject.toml
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
@@ -91,11 +95,11 @@ book: build/claims.json  ## the book, built and checked: build/html/book/intro.h
 
 test: build/executed/.done  ## execute the notebooks (once) and run the tests
 	@echo "==> Tests"
-	$(BIN)/python -m pytest tests --ignore=tests/site --ignore=tests/benchmarks -n $(JOBS)
+	$(BIN)/python -m pytest tests tmalib --doctest-modules --ignore=tests/site --ignore=tests/benchmarks -n $(JOBS)
 
 site-test: $(ENV)  ## check the built book in Chromium
 	@echo "==> Browser checks of the book"
-	$(BIN)/python -m pytest tests/site
+	$(BIN)/python -m pytest tests/site -n $(JOBS)
 
 bench: $(ENV)  ## measure the speed of the estimators
 	$(BIN)/python -m pytest tests/benchmarks -s
@@ -111,7 +115,7 @@ lint: $(ENV)  ## style, notebooks without outputs, import directions, citation f
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
-	$(BIN)/zizmor --offline --no-progress --quiet .github/workflows
+	$(BIN)/zizmor --offline --no-progress -qq .github/workflows
 
 serve:  ## show the built book at http://localhost:8000
 	$(PYTHON) -m http.server --directory build/html 8000

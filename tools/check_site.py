@@ -28,10 +28,8 @@ def external(url: str) -> bool:
 
 def loads(soup: BeautifulSoup) -> list[str]:
     """Every address the browser fetches to show the page."""
-    found = [str(tag[attribute]) for name, attribute in LOADING.items() for tag in soup(name) if tag.get(attribute)]
-    for link in soup("link", href=True):
-        if LOADING_LINKS & set(link.get("rel", [])):
-            found.append(str(link["href"]))
+    found = [str(tag[key]) for name, key in LOADING.items() for tag in soup(name) if tag.get(key)]
+    found += [str(t["href"]) for t in soup("link", href=True) if LOADING_LINKS & set(t.get("rel", []))]
     styles = [tag.get_text() for tag in soup("style")] + [str(tag["style"]) for tag in soup(style=True)]
     return found + [url for style in styles for url in CSS_LOAD.findall(style)]
 
@@ -44,29 +42,28 @@ def without_alt(tag: Tag) -> bool:
 
 class Site:
     def __init__(self, root: Path) -> None:
-        self.root = root
-        self.pages = {p: BeautifulSoup(p.read_bytes(), "html.parser") for p in sorted(root.rglob("*.html"))
-                      if "_static" not in p.relative_to(root).parts}  # fmt: skip
+        self.root = root.resolve()
+        paths = [p for p in sorted(self.root.rglob("*.html")) if "_static" not in p.parts]
+        self.pages = {p: BeautifulSoup(p.read_bytes(), "html.parser") for p in paths}
         self.anchors = {p: self.anchors_of(s) for p, s in self.pages.items()}
         self.links = 0
 
     @staticmethod
     def anchors_of(soup: BeautifulSoup) -> set[str]:
-        return {str(t["id"]) for t in soup(id=True)} | {str(t["name"]) for t in soup("a", attrs={"name": True})}
+        return {str(tag["id"]) for tag in soup(id=True)}
 
     def broken(self, page: Path, url: str) -> str | None:
         """Why a link within the site does not resolve, or None."""
         parts = urlsplit(url)
         if parts.scheme or url.startswith("//"):
             return None
-        target = (page.parent / unquote(parts.path)).resolve() if parts.path else page.resolve()
+        target = (page.parent / unquote(parts.path)).resolve() if parts.path else page
         if target.is_dir():
             target /= "index.html"
         if not target.is_file():
             return f"no such file: {url}"
         self.links += 1
-        page_of = self.root.resolve()
-        anchors = self.anchors.get(self.root / target.relative_to(page_of)) if page_of in target.parents else None
+        anchors = self.anchors.get(target)
         if parts.fragment and anchors is not None and unquote(parts.fragment) not in anchors:
             return f"no such anchor: {url}"
         return None
@@ -93,10 +90,10 @@ class Site:
 
 def main(root: Path) -> None:
     site = Site(root)
-    found = [f"{p.relative_to(root)}: {f}" for p, s in site.pages.items() for f in site.findings(p, s)]
+    found = [f"{p.relative_to(site.root)}: {f}" for p, s in site.pages.items() for f in site.findings(p, s)]
     found += site.style_sheets()
     images = sum(len(soup("img")) for soup in site.pages.values())
-    print(f"{len(site.pages)} pages, {site.links} links within the site, {images} images: {len(found)} findings")
+    print(f"{len(site.pages)} pages, {site.links} links inside, {images} images: {len(found)} findings")
     if found or not site.pages:
         sys.exit("\n".join(found) or f"no pages in {root}")
 

@@ -62,7 +62,8 @@ def main(executed: Path, target: Path) -> None:
     order = {k: position for position, k in enumerate(published)}
     claims.sort(key=lambda claim: order[key(claim)])
     temporary = target.with_suffix(".tmp")
-    temporary.write_text(json.dumps(claims, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
+    text = json.dumps(claims, indent=1, ensure_ascii=False, allow_nan=False)
+    temporary.write_text(text + "\n", encoding="utf-8")
     temporary.replace(target)
 
     total = Counter(row["paper"] for row in published.values())

@@ -1,0 +1,71 @@
+"""What a reader meets: mathematics, search, narrow screens, dark mode, no network, accessibility."""
+
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+
+SITE = Path(__file__).parents[2] / "build" / "html"
+PAGES = sorted(
+    p.relative_to(SITE).as_posix() for d in ("book", "notebooks") for p in SITE.glob(f"{d}/**/*.html")
+)
+FRONT = "book/intro.html"
+WITH_FIGURES = [n for n in PAGES if "<figcaption" in (SITE / n).read_text(encoding="utf-8")]
+SAMPLE = [FRONT, *WITH_FIGURES[:1]]
+
+# Violations of the theme, not of the book: rule -> the elements (CSS selectors) that are allowed to break it.
+THEME_VIOLATIONS: dict[str, tuple[str, ...]] = {}
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_page(visit, address, name):
+    """Silent console, no request to another host, every formula typeset, no sideways scroll on a phone."""
+    seen = visit(f"{address}/{name}")
+    assert seen.complaints == []
+    assert {urlsplit(url).netloc for url in seen.requests if not url.startswith("data:")} == {
+        urlsplit(address).netloc
+    }
+    assert seen.page.locator("mjx-merror, merror").count() == 0
+    assert seen.page.locator("mjx-container").count() >= seen.page.locator(".math").count()
+    assert seen.page.locator("div.cell_output .stderr, .traceback").count() == 0
+    seen.page.set_viewport_size({"width": 400, "height": 800})
+    assert seen.page.evaluate("document.documentElement.scrollWidth") <= 400
+
+
+@pytest.mark.parametrize("name", SAMPLE)
+def test_opens_from_a_file(visit, site, name):
+    """Without a server, as after unpacking an archive."""
+    seen = visit((site / name).as_uri())
+    assert seen.complaints == []
+    assert all(url.startswith(("file:", "data:", "blob:")) for url in seen.requests)
+    assert seen.page.locator("article h1").count() == 1
+    assert seen.page.locator("mjx-merror").count() == 0
+
+
+def test_some_page_has_mathematics(visit, address, site):
+    name = next(n for n in PAGES if 'class="math' in (site / n).read_text(encoding="utf-8"))
+    assert visit(f"{address}/{name}").page.locator("mjx-container").count() > 0
+
+
+def test_search_finds_a_word(visit, address):
+    page = visit(f"{address}/search.html?q=bearing").page
+    page.wait_for_selector("#search-results li a")
+    assert page.locator("#search-results li a").count() > 0
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("name", SAMPLE)
+def test_accessibility(visit, address, name, scheme):
+    """axe-core finds no violation of WCAG 2.1 A or AA."""
+    from axe_playwright_python.sync_playwright import Axe
+
+    page = visit(f"{address}/{name}", scheme=scheme).page
+    assert page.locator(f'html[data-theme="{scheme}"]').count() == 1
+    options = {"runOnly": {"type": "tag", "values": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa"]}}
+    found = [
+        f"{violation['id']}: {' '.join(node['target'])}: {node.get('failureSummary', '')}"
+        for violation in Axe().run(page, options=options).response["violations"]
+        for node in violation["nodes"]
+        if not any(t in " ".join(node["target"]) for t in THEME_VIOLATIONS.get(violation["id"], ()))
+    ]
+    assert found == []
