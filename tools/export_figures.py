@@ -57,6 +57,8 @@ def export_tables(claims: list[dict], figures: Path) -> int:
 
 
 def main(executed: Path, claims: Path, figures: Path) -> None:
+    for stale in [f for f in figures.rglob("*.*") if f.suffix in {".svg", ".pdf", ".csv"}]:
+        stale.unlink()
     drawn = export_figures(executed, figures)
     written = export_tables(json.loads(claims.read_text(encoding="utf-8")), figures)
     print(f"{drawn} figures and {written} tables in {figures}")
