@@ -23,7 +23,8 @@ export PYTHONHASHSEED = 0
 export PYTHONNOUSERSITE = 1
 export PYDEVD_DISABLE_FILE_VALIDATION = 1
 export TZ = UTC
-export LC_ALL = C.UTF-8
+export LC_ALL = C
+export PYTHONUTF8 = 1
 export MPLCONFIGDIR = $(CURDIR)/build/config/matplotlib
 export IPYTHONDIR = $(CURDIR)/build/config/ipython
 export JUPYTER_CONFIG_DIR = $(CURDIR)/build/config/jupyter
@@ -33,7 +34,7 @@ unexport MPLBACKEND MATPLOTLIBRC PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONWARNI
 .PHONY: help env lock lint notebooks claims book test site-test figures bench serve clean FORCE
 
 help:  ## list the targets
-	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/\1|\2/p' Makefile | column -t -s '|'
+	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/\1\t\2/p' Makefile | expand -t 14
 
 env: $(ENV)  ## create .venv from environment.txt (about 2 minutes)
 
