@@ -54,9 +54,9 @@ $(ENV): $(VENV)/.requirements pyproject.toml
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
 	@touch $@
 
-lock: $(ENV)  ## compile environment.in into environment.txt
+lock: $(ENV)  ## compile environment.in into environment.txt; UPGRADE=--upgrade moves every pin
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --only-binary :all: \
-	  --upgrade --custom-compile-command "make lock" environment.in -o environment.txt
+	  $(UPGRADE) --custom-compile-command "make lock" environment.in -o environment.txt
 
 # Notebooks are executed here and nowhere else. What decides is the content of the files below, not
 # their dates: the book's own cache would not notice a change in tmalib.
@@ -90,6 +90,7 @@ book: build/claims.json  ## the book, built and checked: build/html/book/intro.h
 	  -W -n --keep-going 2>&1 | tee build/book.log
 	@test "$$(grep -c 'Using cached notebook' build/book.log)" = "$$(find notebooks -name '*.ipynb' \
 	  ! -path '*/.ipynb_checkpoints/*' | wc -l)" || { echo "the book executed a notebook again, or left one out"; exit 1; }
+	@rm build/site/_build/html/.buildinfo  # serves incremental builds, and differs between directories
 	$(BIN)/python tools/check_site.py build/site/_build/html
 	@rm -rf build/html && mv build/site/_build/html build/html
 	@echo "==> The book: build/html/index.html"
