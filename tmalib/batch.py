@@ -1,11 +1,11 @@
 """Batch estimation: the state that minimises the weighted sum of squared residuals, many runs at once.
 
-For Gaussian noise the maximum likelihood estimate minimises (`emw-acoustic`, Section IV.A)
+For Gaussian noise the maximum likelihood estimate minimises (`emw-acoustic`, Section IV.A)::
 
     C(X) = sum_k (residual_k(X) / sigma_k)^2.
 
 With the whitened residuals ``e`` and the whitened gradient ``J``, a Gauss-Newton step solves
-``(J'J) p = J'e``. Far from the minimum it may climb. The Levenberg-Marquardt safeguard then damps it,
+``(J'J) p = J'e``. Far from the minimum it may climb. The Levenberg-Marquardt safeguard then damps it::
 
     (J'J + lambda diag(J'J)) p = J'e,
 

@@ -1,22 +1,22 @@
 """Bearings that arrive at once and bearings that arrive late: value and gradient together.
 
 The target has the state ``X = (x, y, vx, vy)`` at the reference time and constant velocity. A
-bearing taken at time ``t``, a *lag* ``s = t - t_ref`` later, sees the relative position
+bearing taken at time ``t``, a *lag* ``s = t - t_ref`` later, sees the relative position::
 
     d = (x + s vx - xo, y + s vy - yo) = r (sin theta, cos theta).
 
-*Instantaneous bearing* (`emw-acoustic`, equation (6)):
+*Instantaneous bearing* (`emw-acoustic`, equation (6))::
 
     theta = atan2(dx, dy),      grad theta = [cos theta, -sin theta, s cos theta, -s sin theta] / r.
 
 *Delayed bearing.* What is heard at ``t`` was emitted at ``t - tau``, where
 ``c tau = |P_T(t - tau) - P_O(t)|``. Squared, this is a quadratic in ``tau``; its one non-negative
-root for ``|V| < c`` is (Section II)
+root for ``|V| < c`` is (Section II)::
 
     tau = (sqrt((V.d)^2 + (c^2 - |V|^2) |d|^2) - V.d) / (c^2 - |V|^2).
 
 With ``(sin, cos)`` the direction of the emission point, ``R = c tau`` its range and
-``q = (vy sin - vx cos) / (c + vx sin + vy cos)``, equations (2)-(5) and (7) are
+``q = (vy sin - vx cos) / (c + vx sin + vy cos)``, equations (2)-(5) and (7) are::
 
     d theta / dx = (cos + q sin) / R,      d theta / dvx = (s - tau) d theta / dx,
     d theta / dy = (-sin + q cos) / R,     d theta / dvy = (s - tau) d theta / dy.
@@ -181,7 +181,7 @@ class DelayedBearing(_Angle):
         np.multiply(lag - tau, gradient[:2], out=gradient[2:])
         return np.arctan2(dx, dy), gradient
 
-    def observe(self, target, platform, times, tolerance=1e-12, max_iterations=200):
+    def observe(self, target, platform, times, tolerance=1e-12, max_iterations=2000):
         """Delayed bearing of any motion slower than sound, shape ``(N,)``, in radians.
 
         The delay is the fixed point of ``tau = |P_T(t - tau) - P_O(t)| / c``; the iteration

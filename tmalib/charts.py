@@ -2,7 +2,7 @@
 
 A minimum does not depend on the coordinates; the way to it does. In Cartesian coordinates a bearing is
 a strongly curved function of range. *Modified polar* coordinates (Aidala and Hammel, 1983) about an
-origin ``o`` separate what bearings show at once from what they show late,
+origin ``o`` separate what bearings show at once from what they show late::
 
     Y = (theta, rho, a, b),   x - o = u / rho,   V = (a u + b u') / rho,
     u = (sin theta, cos theta),   u' = (cos theta, -sin theta):

@@ -5,7 +5,7 @@ table, row, column)``, the value exactly as printed, its unit and its kind. Code
 a paper stands anywhere else.
 
 *Deterministic* rows (bounds, factors) and *inputs* agree when ours differs by at most one unit of the
-last printed digit. *Monte-Carlo* rows are compared by
+last printed digit. *Monte-Carlo* rows are compared by::
 
     z = max(0, |ours - printed| - half a unit) / sqrt(SE_ours^2 + SE_printed^2).
 

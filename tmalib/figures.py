@@ -90,10 +90,10 @@ def cloud(ax, positions, entity, label=None, size=4.0):
     ax.scatter(x, y, s=size, color=colour(entity), alpha=0.45, linewidths=0, rasterized=True, label=label)
 
 
-def ellipse(ax, shape, label=None):
+def ellipse(ax, shape, label=None, linewidth=1.3):
     """A confidence `Ellipse` with its centre."""
     x, y = shape.boundary().T / 1e3
-    ax.plot(x, y, color=colour("ellipse"), linewidth=1.3, label=label)
+    ax.plot(x, y, color=colour("ellipse"), linewidth=linewidth, label=label)
     ax.plot(*np.asarray(shape.centre) / 1e3, marker="+", color=colour("ellipse"), markersize=7, linestyle="none")
 
 

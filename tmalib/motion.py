@@ -5,7 +5,7 @@ velocity, the papers' target), `Course` (legs and turns), `SampledCourse` (given
 estimator's state vector, the pair `propagate` and `transition`.
 
 A leg of constant turn rate ``w`` that starts at ``p0`` with heading ``h0`` and speed ``v`` reaches,
-after ``s`` seconds,
+after ``s`` seconds::
 
     p(s) = p0 + v s sinc(w s / 2) [sin(h0 + w s / 2), cos(h0 + w s / 2)],    h(s) = h0 + w s,
 

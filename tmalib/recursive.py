@@ -2,7 +2,7 @@
 
 The target has no process noise, so its state at the reference time does not change: the filter carries
 ``X(t_ref)`` and needs no prediction step. This is the filter of `emw-acoustic`, Section IV.B, exactly:
-``Phi`` moves mean, covariance and gradient to any other time. Each measurement is one scalar update,
+``Phi`` moves mean, covariance and gradient to any other time. Each measurement is one scalar update::
 
     s = h' P h + sigma^2,   K = P h / s,   X <- X + K nu,   P <- P - K (P h)',
 

@@ -174,7 +174,8 @@ class LedgerTable(_LedgerDirective):
             ])  # fmt: skip
         node = make_table(self.options.get("caption", f"{table}, row by row."), head, body, ["ledger-table"])
         self.set_source_info(node)
-        where = nodes.paragraph("", "Computed and judged in ", self.link(label_of(paper, table), table), ".")
+        where = nodes.paragraph()
+        where += [nodes.Text("Computed and judged in "), self.link(label_of(paper, table), table), nodes.Text(".")]
         return [where, node]
 
     def link(self, label, text):
