@@ -18,6 +18,14 @@ def check_scalar(name, value, minimum=None, above=None):
     return number
 
 
+def check_count(name, value):
+    """``value`` as a positive integer."""
+    number = check_scalar(name, value)
+    if number != int(number) or number < 1:
+        raise ValueError(f"{name} must be a positive integer, got {value!r}")
+    return int(number)
+
+
 def check_array(name, value, shape):
     """``value`` as a finite, read-only float array of ``shape`` (`None` accepts any length)."""
     array = np.array(value, dtype=float)

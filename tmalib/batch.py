@@ -25,7 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._checks import check_scalar
+from ._checks import check_count, check_scalar
 from .charts import Cartesian, ModifiedPolar
 
 BLOCK_ELEMENTS = 48_000  # runs x measurements of the largest sensor: about 400 kB an array
@@ -89,7 +89,9 @@ def along_first_bearing(scenario, angles, range):
     angles = scenario.check_measurements(angles)
     range = check_scalar("range", range, above=0.0)
     if scenario.coordinates != ("x", "y", "vx", "vy"):
-        raise ValueError(f"a start along a bearing needs the state (x, y, vx, vy), got {scenario.coordinates}")
+        raise ValueError(
+            f"a start along a bearing needs the state (x, y, vx, vy), got {scenario.coordinates}"
+        )
     first = int(np.argmin(scenario.times))
     here = scenario.platform.position(scenario.times[first])
     theta = angles[..., first]
@@ -137,9 +139,8 @@ def fit(scenario, angles, start, *, chart=None, safeguard=True, tolerance=1e-2, 
     angles = scenario.check_measurements(angles)
     start = scenario.check_state(start)
     tolerance = check_scalar("tolerance", tolerance, above=0.0)
-    if int(max_iterations) != max_iterations or max_iterations < 1:
-        raise ValueError(f"max_iterations must be a positive integer, got {max_iterations}")
-    settings = (chart or default_chart(scenario), safeguard, tolerance, int(max_iterations))
+    max_iterations = check_count("max_iterations", max_iterations)
+    settings = (chart or default_chart(scenario), safeguard, tolerance, max_iterations)
     shape = np.broadcast_shapes(angles.shape[:-1], start.shape[:-1])
     angles = np.broadcast_to(angles, (*shape, angles.shape[-1])).reshape(-1, angles.shape[-1])
     start = np.broadcast_to(start, (*shape, start.shape[-1])).reshape(-1, start.shape[-1])
@@ -239,7 +240,9 @@ def _normal_equations(tiles, measured, point, chart):
         state = chart.to_state(point).T
         for (sensor, _, site, lag), angles in zip(tiles, measured, strict=True):
             size = angles.size
-            value, gradient = sensor.model.kernel(np.repeat(state, angles.shape[1], axis=1), site[:, :size], lag[:size])
+            value, gradient = sensor.model.kernel(
+                np.repeat(state, angles.shape[1], axis=1), site[:, :size], lag[:size]
+            )
             residual = sensor.model.residual(angles, value.reshape(angles.shape))
             gradient = gradient.reshape(n, *angles.shape)
             weight = sensor.sigma**-2

@@ -141,8 +141,8 @@ class Bearing(_Angle):
         dx, dy = _displacement(state, site, lag)
         scale = 1.0 / (dx * dx + dy * dy)
         gradient = np.empty((4, *dx.shape))
-        np.multiply(dy, scale, out=gradient[0])
-        np.multiply(dx, -scale, out=gradient[1])
+        np.multiply(dy, scale, out=gradient[0, ...])
+        np.multiply(dx, -scale, out=gradient[1, ...])
         np.multiply(lag, gradient[:2], out=gradient[2:])
         return np.arctan2(dx, dy), gradient
 
@@ -176,8 +176,8 @@ class DelayedBearing(_Angle):
         sin, cos = dx * scale, dy * scale
         q = (vy * sin - vx * cos) / (self.c + vx * sin + vy * cos)
         gradient = np.empty((4, *dx.shape))
-        np.multiply(cos + q * sin, scale, out=gradient[0])
-        np.multiply(q * cos - sin, scale, out=gradient[1])
+        np.multiply(cos + q * sin, scale, out=gradient[0, ...])
+        np.multiply(q * cos - sin, scale, out=gradient[1, ...])
         np.multiply(lag - tau, gradient[:2], out=gradient[2:])
         return np.arctan2(dx, dy), gradient
 

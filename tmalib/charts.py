@@ -26,7 +26,7 @@ from ._checks import check_array
 
 @dataclass(frozen=True)
 class Cartesian:
-    """The state itself."""
+    """The state itself: steps are taken in metres and metres per second."""
 
     def from_state(self, state):
         return state
@@ -75,7 +75,9 @@ class ModifiedPolar:
         r = 1 / np.where(rho > 0, rho, np.nan)
         x = self.origin[0] + r * sin
         y = self.origin[1] + r * cos
-        return np.stack([x, y, r * (radial * sin + transverse * cos), r * (radial * cos - transverse * sin)], axis=-1)
+        return np.stack(
+            [x, y, r * (radial * sin + transverse * cos), r * (radial * cos - transverse * sin)], axis=-1
+        )
 
     def jacobian(self, point):
         """Derivative of the state with respect to ``(theta, rho, a, b)``, shape ``(..., 4, 4)``."""
@@ -85,7 +87,12 @@ class ModifiedPolar:
         vx, vy = r * (radial * sin + transverse * cos), r * (radial * cos - transverse * sin)
         slope = np.zeros((*theta.shape, 4, 4))
         slope[..., 0, 0], slope[..., 1, 0], slope[..., 2, 0], slope[..., 3, 0] = r * cos, -r * sin, vy, -vx
-        slope[..., 0, 1], slope[..., 1, 1], slope[..., 2, 1], slope[..., 3, 1] = -r * r * sin, -r * r * cos, -r * vx, -r * vy
+        slope[..., 0, 1], slope[..., 1, 1], slope[..., 2, 1], slope[..., 3, 1] = (
+            -r * r * sin,
+            -r * r * cos,
+            -r * vx,
+            -r * vy,
+        )
         slope[..., 2, 2], slope[..., 3, 2] = r * sin, r * cos
         slope[..., 2, 3], slope[..., 3, 3] = r * cos, -r * sin
         return slope

@@ -76,7 +76,10 @@ class Printed:
 def ledger():
     """All printed values, a dict from key to `Printed`."""
     with (files("tmalib") / "data" / "published.csv").open(encoding="utf-8") as lines:
-        rows = [Printed(**row | {"runs": int(row["runs"]) if row["runs"] else None}) for row in csv.DictReader(lines)]
+        rows = [
+            Printed(**row | {"runs": int(row["runs"]) if row["runs"] else None})
+            for row in csv.DictReader(lines)
+        ]
     return {row.key: row for row in rows}
 
 
@@ -202,7 +205,16 @@ def _judge_row(row, ours, limit):
     note = "; ".join(part for part in (ours.note, ours.assumption) if part)
     z = None if z is None else float(z)
     return Claim(
-        *row.key, row.printed, row.unit, float(ours.value), float(ours.se), z, detectable, verdict, ours.erratum, note
+        *row.key,
+        row.printed,
+        row.unit,
+        float(ours.value),
+        float(ours.se),
+        z,
+        detectable,
+        verdict,
+        ours.erratum,
+        note,
     )
 
 

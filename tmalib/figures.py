@@ -94,7 +94,9 @@ def ellipse(ax, shape, label=None, linewidth=1.3):
     """A confidence `Ellipse` with its centre."""
     x, y = shape.boundary().T / 1e3
     ax.plot(x, y, color=colour("ellipse"), linewidth=linewidth, label=label)
-    ax.plot(*np.asarray(shape.centre) / 1e3, marker="+", color=colour("ellipse"), markersize=7, linestyle="none")
+    ax.plot(
+        *np.asarray(shape.centre) / 1e3, marker="+", color=colour("ellipse"), markersize=7, linestyle="none"
+    )
 
 
 def save(figure, name):

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ._checks import check_count
+
 SEED = 2016
 CHUNK = 500
 
@@ -54,9 +56,8 @@ def monte_carlo(task, runs, name, *, seed=SEED, executor=None):
     dict of ndarray
         Bit-identical for every executor and number of workers.
     """
-    if int(runs) != runs or runs < 1:
-        raise ValueError(f"runs must be a positive integer, got {runs}")
-    counts = [min(CHUNK, int(runs) - first) for first in range(0, int(runs), CHUNK)]
+    runs = check_count("runs", runs)
+    counts = [min(CHUNK, runs - first) for first in range(0, runs, CHUNK)]
     seeds = [stream(name, chunk, seed) for chunk in range(len(counts))]
     parts = list((executor.map if executor else map)(task, seeds, counts))
     return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
@@ -102,7 +103,9 @@ def statistics(errors):
         raise ValueError(f"errors must have shape (runs, n), got {errors.shape}")
     good = errors[np.isfinite(errors).all(axis=1)]
     if len(good) < 4:
-        raise ValueError(f"statistics need at least 4 runs with finite errors, got {len(good)} of {len(errors)}")
+        raise ValueError(
+            f"statistics need at least 4 runs with finite errors, got {len(good)} of {len(errors)}"
+        )
     bias = good.mean(axis=0)
     centred = good - bias
     m2, m4 = np.mean(centred**2, axis=0), np.mean(centred**4, axis=0)

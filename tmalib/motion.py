@@ -196,7 +196,9 @@ class Course:
         outside = ~((t >= self.start_time - slack) & (t <= end + slack))
         if np.any(outside):
             first = np.ravel(t)[np.argmax(np.ravel(outside))]
-            raise ValueError(f"time {first} is outside the course, which lasts from {self.start_time} to {end}")
+            raise ValueError(
+                f"time {first} is outside the course, which lasts from {self.start_time} to {end}"
+            )
         row = table[np.clip(np.searchsorted(table[:, 0], t, side="right") - 1, 0, None)]
         return row, t - row[..., 0]
 
@@ -254,7 +256,9 @@ class SampledCourse:
     def _inside(self, t):
         t = np.asarray(t, dtype=float)
         if np.any(~((t >= self.times[0]) & (t <= self.times[-1]))):
-            raise ValueError(f"a time is outside the samples, which last from {self.times[0]} to {self.times[-1]}")
+            raise ValueError(
+                f"a time is outside the samples, which last from {self.times[0]} to {self.times[-1]}"
+            )
         return t
 
     def position(self, t):
@@ -289,6 +293,8 @@ def propagate(state, duration):
     """State ``(..., n)`` after ``duration`` seconds of constant velocity motion, ``Phi X``."""
     state = np.array(state, dtype=float)
     duration = np.asarray(duration, dtype=float)
-    moved = np.broadcast_to(state, (*np.broadcast_shapes(state.shape[:-1], duration.shape), state.shape[-1])).copy()
+    moved = np.broadcast_to(
+        state, (*np.broadcast_shapes(state.shape[:-1], duration.shape), state.shape[-1])
+    ).copy()
     moved[..., :2] += duration[..., None] * moved[..., -2:]
     return moved

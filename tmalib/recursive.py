@@ -115,7 +115,9 @@ def _prior_at_reference(scenario, prior):
     n = mean.shape[-1]
     covariance = np.asarray(prior.covariance, dtype=float)
     if covariance.shape != (n, n) or not np.allclose(covariance, covariance.T):
-        raise ValueError(f"prior covariance must be a symmetric ({n}, {n}) matrix, got shape {covariance.shape}")
+        raise ValueError(
+            f"prior covariance must be a symmetric ({n}, {n}) matrix, got shape {covariance.shape}"
+        )
     if not np.all(np.linalg.eigvalsh(covariance) > 0):
         raise ValueError("prior covariance must be positive definite")
     elapsed = scenario.reference_time - check_scalar("prior time", prior.time)

@@ -16,7 +16,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ._checks import check_array, check_scalar
+from ._checks import check_array, check_count, check_scalar
+
+TOUCHING = 1e-6  # metres: a target nearer than this is on the platform and has no bearing
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -98,7 +100,7 @@ class Scenario:
             raise ValueError(f"all sensors must want the same state, got {sorted(wanted)}")
         for sensor in self.sensors:
             gap = target.position(sensor.times) - platform.position(sensor.times)
-            touching = ~(np.hypot(gap[..., 0], gap[..., 1]) > 0)
+            touching = ~(np.hypot(gap[..., 0], gap[..., 1]) > TOUCHING)
             if touching.any():
                 raise ValueError(f"the target is on the platform at t = {sensor.times[touching][0]} s")
         if not np.all(np.isfinite(self.measure())):
@@ -147,9 +149,8 @@ class Scenario:
         ``seed`` is anything that `numpy.random.default_rng` takes: an integer, a `SeedSequence`
         (see `tmalib.montecarlo.stream`) or a generator.
         """
-        if int(runs) != runs or runs < 1:
-            raise ValueError(f"runs must be a positive integer, got {runs}")
-        noise = np.random.default_rng(seed).standard_normal((int(runs), len(self.times)))
+        runs = check_count("runs", runs)
+        noise = np.random.default_rng(seed).standard_normal((runs, len(self.times)))
         noise *= self.sigma
         noise += self.measure()
         return noise
@@ -220,5 +221,3 @@ class Scenario:
     def columns_until(self, time):
         """Columns of the measurement vector that `until` keeps, shape ``(N',)``."""
         return np.flatnonzero(self.times <= time)
-
-

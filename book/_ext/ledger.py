@@ -95,7 +95,7 @@ def make_table(caption, head, body, classes):
 
 def make_entry(cell):
     entry = nodes.entry()
-    if isinstance(cell, nodes.Node):
+    if isinstance(cell, nodes.Element):
         entry += cell
     elif isinstance(cell, list):
         block = nodes.line_block()
@@ -166,17 +166,27 @@ class LedgerTable(_LedgerDirective):
         body = []
         for c in found:
             name = f"{ROWS.get(c['row'], c['row'])} {COLUMNS.get(c['column'], c['column'])} ({c['unit']})"
-            verdict = verdict_text(c) + (f" ({c['erratum']})" if c["erratum"] else "")
+            z, detectable = ("" if c[q] is None else c[q] for q in ("z", "detectable"))
             body.append([
-                name, c["printed"], ours_text(c),
-                f"{c['se']:.2g}" if c["se"] else "", "" if c["z"] is None else f"{c['z']:.2f}",
-                "" if c["detectable"] is None else f"{c['detectable']:.2g}", verdict,
+                name, c["printed"], ours_text(c), f"{c['se']:.2g}" if c["se"] else "",
+                z and f"{z:.2f}", detectable and f"{detectable:.3g}", self.verdict_cell(c),
             ])  # fmt: skip
         node = make_table(self.options.get("caption", f"{table}, row by row."), head, body, ["ledger-table"])
         self.set_source_info(node)
         where = nodes.paragraph()
-        where += [nodes.Text("Computed and judged in "), self.link(label_of(paper, table), table), nodes.Text(".")]
+        where += [
+            nodes.Text("Computed and judged in "),
+            self.link(label_of(paper, table), table),
+            nodes.Text("."),
+        ]
         return [where, node]
+
+    def verdict_cell(self, claim):
+        """The verdict in words, with links to the errata whose correction it needed."""
+        cell = nodes.paragraph("", verdict_text(claim))
+        for label in filter(None, claim["erratum"].split(", ")):
+            cell += [nodes.Text(" "), self.link(label, label)]
+        return cell
 
     def link(self, label, text):
         xref = addnodes.pending_xref(
@@ -193,12 +203,14 @@ class Score(SphinxDirective):
 
     def run(self):
         judged = load_claims(self.env)
-        head = ["paper", "printed numbers", "judged", *(f"{s} {v}" for v, s in claims.SYMBOLS.items())]
-        body = []
-        for paper, title in PAPERS.items():
-            total = sum(key[0] == paper for key in claims.ledger())
-            count = Counter(claim["verdict"] for key, claim in judged.items() if key[0] == paper)
-            body.append([title, str(total), str(count.total()), *(str(count[v]) for v in claims.SYMBOLS)])
+        count = {p: Counter(c["verdict"] for key, c in judged.items() if key[0] == p) for p in PAPERS}
+        total = Counter(key[0] for key in claims.ledger())
+        body = [
+            ["printed numbers", *(str(total[p]) for p in PAPERS)],
+            ["judged so far", *(str(count[p].total()) for p in PAPERS)],
+            *([f"{symbol} {v}", *(str(count[p][v]) for p in PAPERS)] for v, symbol in claims.SYMBOLS.items()),
+        ]
+        head = ["", *PAPERS.values()]
         node = make_table("The score so far.", head, body, ["score"])
         node["names"].append("score")
         self.state.document.note_explicit_target(node, node)

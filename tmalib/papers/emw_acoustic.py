@@ -51,8 +51,12 @@ _SETTINGS = {
     2: _Setting(((4e3, 6e3), 150), _SHORT, (25, 100, 25), 4.0, False, 10e3, (200, 400, 600)),
     3: _Setting(((15e3, 18e3), -90), _LONG, _LONG, 1.0, True, 30e3, (400, 800, 1200)),
     4: _Setting(((4e3, 6e3), -90), _SHORT, (25, 100, 25), 4.0, False, 10e3, (200, 400, 600)),
-    5: _Setting(((15e3, 18e3), 150), (*_LONG, 400, 200), (*_LONG, 400, 200), 1.0, True, 10e3, (600, 1200, 1800)),
-    6: _Setting(((4e3, 6e3), 150), (*_SHORT, 400, 200), (25, 100, 25, 101, 49), 4.0, False, 10e3, (400, 800, 1200)),
+    5: _Setting(
+        ((15e3, 18e3), 150), (*_LONG, 400, 200), (*_LONG, 400, 200), 1.0, True, 10e3, (600, 1200, 1800)
+    ),
+    6: _Setting(
+        ((4e3, 6e3), 150), (*_SHORT, 400, 200), (25, 100, 25, 101, 49), 4.0, False, 10e3, (400, 800, 1200)
+    ),
 }
 
 
@@ -190,7 +194,9 @@ def for_filter(scenario, gradient="tables"):
     if gradient == "correct":
         return scenario
     optical, sonar = scenario.sensors
-    return scenario.with_(sensors=[Sensor(RadarOfTheTables(), optical.times, optical.sigma, optical.name), sonar])
+    return scenario.with_(
+        sensors=[Sensor(RadarOfTheTables(), optical.times, optical.sigma, optical.name), sonar]
+    )
 
 
 def for_botma(scenario):
@@ -322,7 +328,11 @@ def spread_claims(row, i, found, estimator, erratum=""):
     The paper prints biases without a sign, so ours is compared by its magnitude.
     """
     bias = claims.Ours(
-        abs(found.bias[i]), found.bias_se()[i], found.bias_se(PRINTED_RUNS)[i], erratum, note="printed without sign"
+        abs(found.bias[i]),
+        found.bias_se()[i],
+        found.bias_se(PRINTED_RUNS)[i],
+        erratum,
+        note="printed without sign",
     )
     std = claims.Ours(found.std[i], found.std_se()[i], found.std_se(PRINTED_RUNS)[i], erratum)
     return {(row, f"bias_{estimator}"): bias, (row, f"std_{estimator}"): std}

@@ -1,0 +1,18 @@
+"""Scenarios that several tests share."""
+
+import numpy as np
+import pytest
+
+import tmalib as tma
+
+
+@pytest.fixture(scope="session")
+def scenario():
+    """A small scenario with both kinds of bearings and one turn: 61 + 16 measurements."""
+    platform = tma.Course(
+        (0, 0), 8.0, np.pi / 2, [tma.Straight(200), tma.Turn(200, -0.01), tma.Straight(200)]
+    )
+    target = tma.Target((4e3, 5e3), speed=6.0, heading=2.5)
+    radar = tma.Sensor(tma.Bearing(), np.arange(0, 601, 10.0), np.radians(0.5), "radar")
+    sonar = tma.Sensor(tma.DelayedBearing(1500.0), np.arange(0, 601, 40.0), np.radians(0.7), "sonar")
+    return tma.Scenario(target, platform, [radar, sonar], reference_time=600.0)

@@ -1,0 +1,166 @@
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+import tmalib as tma
+from tmalib import batch
+from tmalib.papers import emw_acoustic as emw
+
+
+@pytest.fixture(scope="module")
+def runs(scenario):
+    angles = scenario.simulate(60, seed=5)
+    return angles, tma.along_first_bearing(scenario, angles, 8e3)
+
+
+def by_scipy(scenario, angles, start):
+    """The same minimum by MINPACK, one run at a time."""
+
+    def residuals(x):
+        return -scenario.residual(angles, scenario.linearise(x)[0]) / scenario.sigma
+
+    return least_squares(residuals, start, method="lm", x_scale=(1e3, 1e3, 1, 1), xtol=1e-12, ftol=1e-14)
+
+
+def test_minimum_is_that_of_scipy(scenario, runs):
+    angles, start = runs
+    fit = tma.fit(scenario, angles, start, tolerance=1e-6)
+    assert fit.converged.all()
+    sigma = tma.crlb_sigma(scenario)
+    for i in range(0, 60, 6):
+        other = by_scipy(scenario, angles[i], start[i])
+        np.testing.assert_allclose(fit.state[i] / sigma, other.x / sigma, atol=1e-4)
+        assert fit.cost[i] == pytest.approx(2 * other.cost, rel=1e-8)
+
+
+def test_batch_equals_loop_bit_for_bit(scenario, runs, monkeypatch):
+    angles, start = runs
+    whole = tma.fit(scenario, angles, start)
+    for i in (0, 17, 59):
+        alone = tma.fit(scenario, angles[i], start[i])
+        np.testing.assert_array_equal(alone.state, whole.state[i])
+        assert alone.iterations == whole.iterations[i]
+    monkeypatch.setattr(batch, "BLOCK_ELEMENTS", 7 * 61)
+    np.testing.assert_array_equal(tma.fit(scenario, angles, start).state, whole.state)
+
+
+def test_charts_and_tolerance_do_not_move_the_minimum(scenario, runs):
+    angles, start = runs
+    sigma = tma.crlb_sigma(scenario)
+    polar = tma.fit(scenario, angles, start, tolerance=1e-6)
+    cartesian = tma.fit(scenario, angles, scenario.state, chart=tma.Cartesian(), tolerance=1e-6)
+    loose = tma.fit(scenario, angles, start)
+    np.testing.assert_allclose(cartesian.state / sigma, polar.state / sigma, atol=1e-4)
+    np.testing.assert_allclose(loose.state / sigma, polar.state / sigma, atol=5e-3)
+
+
+def test_noise_free_measurements_give_the_truth(scenario):
+    fit = tma.fit(scenario, scenario.measure(), scenario.state + [500, -500, 1, 1], tolerance=1e-8)
+    np.testing.assert_allclose(fit.state, scenario.state, rtol=1e-7)
+    assert fit.cost < 1e-12
+
+
+def test_efficient_where_the_problem_is_mild(scenario):
+    angles = scenario.simulate(4000, seed=11)
+    fit = tma.fit(scenario, angles, scenario.state)
+    nees = tma.nees(fit.state, scenario.state, tma.crlb(scenario))
+    low, high = tma.nees_limits(4, 4000, 0.999)
+    assert fit.converged.all()
+    assert low < nees.mean() < high + 0.1
+    # C at the minimum is chi-square with N - n degrees of freedom
+    assert fit.cost.mean() == pytest.approx(77 - 4, abs=5 * np.sqrt(2 * 73 / 4000))
+
+
+def test_bad_members_are_reported_and_harm_nobody(scenario, runs):
+    angles, start = (array.copy() for array in runs)
+    clean = tma.fit(scenario, angles, start)
+    angles[3, 10] = np.nan
+    start[7] = np.inf
+    start[9, :2] = scenario.platform.position(600.0)  # on the platform
+    fit = tma.fit(scenario, angles, start)
+    bad = np.isin(np.arange(60), [3, 7, 9])
+    assert not fit.converged[bad].any()
+    assert np.all(fit.reason[bad] == batch.NOT_FINITE)
+    assert np.isnan(fit.state[bad]).all()
+    np.testing.assert_array_equal(fit.state[~bad], clean.state[~bad])
+
+
+def test_iteration_limit_is_reported(scenario, runs):
+    fit = tma.fit(scenario, *runs, max_iterations=1)
+    assert np.all(fit.reason == batch.TOO_LONG)
+    assert np.all(fit.iterations == 1)
+    np.testing.assert_allclose(fit.state, runs[1])
+
+
+def test_unobservable_runs_do_not_stop_the_batch(scenario):
+    blind = scenario.with_(sensors=[tma.Sensor(tma.Bearing(), [0.0, 10.0], 0.01)])
+    angles = blind.simulate(5, seed=1)
+    fit = tma.fit(blind, angles, blind.state)
+    assert fit.state.shape == (5, 4)
+    assert set(fit.reason) <= set(batch.REASONS)
+
+
+def test_safeguard_rescues_plain_gauss_newton():
+    """Scenario 6 from the paper's start: plain Gauss-Newton in Cartesian coordinates fails."""
+    scenario = emw.scenario(6)
+    angles = scenario.simulate(50, seed=2)
+    start = tma.along_first_bearing(scenario, angles, 10e3)
+    plain = tma.fit(scenario, angles, start, chart=tma.Cartesian(), safeguard=False)
+    safe = tma.fit(scenario, angles, start)
+    far = tma.nees(plain.state, scenario.state, tma.crlb(scenario)) > 100
+    assert safe.converged.all()
+    assert np.all(tma.nees(safe.state, scenario.state, tma.crlb(scenario)) < 40)
+    assert np.mean(far | ~plain.converged) > 0.5
+
+
+def test_misspecified_on_purpose(scenario):
+    """Taking the late bearings for instantaneous ones biases the estimate by about the drift in the delay."""
+    naive = scenario.with_(
+        sensors=[scenario.sensors[0], tma.Sensor(tma.Bearing(), scenario.sensors[1].times, np.radians(0.7))]
+    )
+    fit = tma.fit(naive, scenario.measure(), scenario.state, tolerance=1e-6)
+    right = tma.fit(scenario, scenario.measure(), scenario.state, tolerance=1e-6)
+    assert right.cost < 1e-6 < fit.cost
+    assert np.hypot(*(fit.state - scenario.state)[:2]) > 1.0
+
+
+def test_start_along_first_bearing(scenario):
+    start = tma.along_first_bearing(scenario, scenario.measure(), 7e3)
+    assert np.hypot(*start[:2]) == pytest.approx(7e3)
+    assert tma.bearing(start[:2]) == pytest.approx(float(tma.bearing([4e3, 5e3])))
+    np.testing.assert_array_equal(start[2:], 0)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"tolerance": 0.0}, "tolerance must be greater than 0"),
+        ({"max_iterations": 0}, "max_iterations must be a positive integer"),
+        ({"start": np.zeros(5)}, "state must have shape"),
+    ],
+)
+def test_bad_input(scenario, change, message):
+    arguments = {"angles": scenario.measure(), "start": scenario.state} | change
+    with pytest.raises(ValueError, match=message):
+        tma.fit(scenario, **arguments)
+
+
+def test_bad_range(scenario):
+    with pytest.raises(ValueError, match="range must be greater than 0"):
+        tma.along_first_bearing(scenario, scenario.measure(), 0.0)
+
+
+def test_modified_polar_chart_round_trip():
+    chart = tma.ModifiedPolar((100.0, -200.0))
+    rng = np.random.default_rng(4)
+    states = rng.normal(size=(50, 4)) * [1e4, 1e4, 10, 10]
+    points = chart.from_state(states)
+    np.testing.assert_allclose(chart.to_state(points), states, rtol=1e-9)
+    jacobian = chart.jacobian(points)
+    for i in range(4):
+        step = np.zeros(4)
+        step[i] = 1e-6 * np.abs(points[:, i]).mean()
+        slope = (chart.to_state(points + step) - chart.to_state(points - step)) / (2 * step[i])
+        scale = np.abs(jacobian[..., i]).max(axis=-1, keepdims=True)
+        np.testing.assert_allclose(slope / scale, jacobian[..., i] / scale, atol=1e-5)
+    assert np.isnan(chart.to_state(np.array([0.1, -1e-4, 0.0, 0.0]))).all()

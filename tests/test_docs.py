@@ -1,0 +1,68 @@
+"""What the documentation shows runs, and says what comes out."""
+
+import doctest
+import importlib
+import pkgutil
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tmalib
+
+ROOT = Path(__file__).parent.parent
+MODULES = ["tmalib"] + [m.name for m in pkgutil.walk_packages(tmalib.__path__, "tmalib.")]
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_in_docstrings(name):
+    failed, _ = doctest.testmod(importlib.import_module(name))
+    assert failed == 0
+
+
+def test_the_tour_of_the_own_scenario_page():
+    page = (ROOT / "book" / "own_scenario.md").read_text(encoding="utf-8")
+    names = {}
+    for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        exec(block, names)
+    assert names["angles"].shape == (500, 1500)
+    assert names["fit"].state.shape == (500, 4)
+    assert names["fit"].converged.all()
+    assert names["track"].state.shape == (500, 3, 4)
+    scenario = names["scenario"]
+    mean = tmalib.nees(names["fit"].state, scenario.state, tmalib.crlb(scenario)).mean()
+    low, high = tmalib.nees_limits(4, 500, 0.999)
+    assert low < mean < high
+
+
+@pytest.mark.parametrize("name", sorted(set(tmalib.__all__)))
+def test_public_names_have_docstrings(name):
+    assert len(getattr(tmalib, name).__doc__ or "") > 20
+
+
+def test_import_is_light():
+    """matplotlib and scipy cost half a second each; the library loads neither until asked."""
+    code = "import sys, tmalib; print([m for m in ('matplotlib', 'scipy', 'sympy') if m in sys.modules])"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert loaded.strip() == "[]"
+
+
+def test_no_printed_number_of_table_i_is_typed_in_the_sources():
+    """Numbers that only the ledger may hold: results of four digits and more."""
+    from tmalib import claims
+
+    results = {
+        row.printed for row in claims.ledger().values() if row.kind != "input" and len(row.printed) >= 6
+    }
+    pages = [*ROOT.glob("book/**/*.md"), *ROOT.glob("notebooks/**/*.ipynb"), *ROOT.glob("tmalib/**/*.py")]
+    assert len(pages) > 15
+    for page in pages:
+        words = set(re.findall(r"\d+\.\d+", page.read_text(encoding="utf-8")))
+        assert not words & results, page
+
+
+def test_shapes_of_the_public_example():
+    assert np.shape(tmalib.transition([1.0, 2.0])) == (2, 4, 4)

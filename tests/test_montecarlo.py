@@ -1,0 +1,92 @@
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from functools import partial
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+from scipy.stats import kurtosis
+
+import tmalib as tma
+from tmalib import montecarlo
+from tmalib.papers import emw_acoustic as emw
+
+
+def draw(seed, runs):
+    return {"x": np.random.default_rng(seed).normal(size=(runs, 2))}
+
+
+def test_result_does_not_depend_on_who_computes_it():
+    serial = tma.monte_carlo(draw, 1700, "example")["x"]
+    with ThreadPoolExecutor(3) as pool:
+        np.testing.assert_array_equal(tma.monte_carlo(draw, 1700, "example", executor=pool)["x"], serial)
+
+
+def test_processes_give_the_same_estimates():
+    task = partial(emw.experiment, number=2)
+    serial = tma.monte_carlo(task, 1000, "emw/2")
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        parallel = tma.monte_carlo(task, 1000, "emw/2", executor=pool)
+    for key, values in serial.items():
+        np.testing.assert_array_equal(parallel[key], values)
+
+
+def test_a_long_experiment_begins_with_the_short_one():
+    long, short = (tma.monte_carlo(draw, runs, "example")["x"] for runs in (1200, 500))
+    np.testing.assert_array_equal(long[:500], short)
+
+
+def test_streams_are_distinct_and_seeded():
+    first = [np.random.default_rng(tma.stream(name)).normal() for name in montecarlo.STREAMS]
+    assert len(set(first)) == len(first)
+    assert len(set(montecarlo.STREAMS.values())) == len(montecarlo.STREAMS)
+    again, other = (np.random.default_rng(tma.stream("emw/1", seed=seed)).normal() for seed in (2016, 7))
+    assert again == first[0] != other
+
+
+def test_numbers_of_the_streams_have_not_moved():
+    """A fixed point: the first draw of a stream is the same for ever."""
+    draws = np.random.default_rng(tma.stream("emw/1")).integers(1 << 32, size=3)
+    expected = np.random.default_rng(np.random.SeedSequence(2016, spawn_key=(0, 0))).integers(1 << 32, size=3)
+    np.testing.assert_array_equal(draws, expected)
+
+
+def test_statistics():
+    errors = np.random.default_rng(0).normal([1.0, -2.0], [2.0, 0.5], size=(30_000, 2))
+    found = tma.statistics(errors)
+    np.testing.assert_allclose(found.bias, errors.mean(axis=0))
+    np.testing.assert_allclose(found.std, errors.std(axis=0, ddof=1))
+    np.testing.assert_allclose(found.kurtosis, kurtosis(errors, fisher=False), rtol=1e-10)
+    np.testing.assert_allclose(found.bias_se(), found.std / np.sqrt(30_000))
+    np.testing.assert_allclose(found.std_se(500), found.std / np.sqrt(2 * 499), rtol=0.03)
+
+
+@pytest.mark.parametrize(
+    "draw_errors", [np.random.Generator.standard_normal, np.random.Generator.standard_exponential]
+)
+def test_standard_errors_are_those_of_repeated_experiments(draw_errors):
+    errors = draw_errors(np.random.default_rng(1), (4000, 100))
+    found = tma.statistics(errors.reshape(-1, 1))
+    assert errors.mean(axis=1).std() == pytest.approx(found.bias_se(100)[0], rel=0.05)
+    assert errors.std(axis=1, ddof=1).std() == pytest.approx(found.std_se(100)[0], rel=0.08)
+
+
+def test_a_lost_run_is_counted():
+    errors = np.ones((10, 2)) * np.arange(10.0)[:, None]
+    errors[4, 1] = np.nan
+    found = tma.statistics(errors)
+    assert (found.runs, found.used) == (10, 9)
+    assert np.all(np.isfinite(found.std))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: tma.stream("nonsense"), "stream must be one of"),
+        (lambda: tma.monte_carlo(draw, 0, "example"), "runs must be a positive integer"),
+        (lambda: tma.statistics(np.zeros(5)), "errors must have shape"),
+        (lambda: tma.statistics(np.full((9, 2), np.nan)), "at least 4 runs"),
+    ],
+)
+def test_bad_input(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()

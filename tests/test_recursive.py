@@ -1,0 +1,187 @@
+import numpy as np
+import pytest
+from filterpy.kalman import KalmanFilter
+
+import tmalib as tma
+from tmalib.papers import emw_acoustic as emw
+
+
+class Linear:
+    """A measurement that is linear in the state: a fixed mix of the position at the time."""
+
+    coordinates = ("x", "y", "vx", "vy")
+
+    def __init__(self, weights):
+        self.weights = np.array(weights)
+
+    def site(self, platform, times):
+        return platform.position(times).T
+
+    def kernel(self, state, site, lag):
+        x, y, vx, vy = state
+        a, b = self.weights
+        value = a * (x + lag * vx - site[0]) + b * (y + lag * vy - site[1])
+        one = np.ones_like(value)
+        return value, np.stack([a * one, b * one, a * lag * one, b * lag * one])
+
+    def residual(self, measured, predicted):
+        return measured - predicted
+
+    def observe(self, target, platform, times):
+        return (target.position(times) - platform.position(times)) @ self.weights
+
+
+@pytest.fixture
+def linear():
+    platform = tma.Course((0, 0), 8.0, 1.0, [tma.Straight(100)])
+    target = tma.Target((4e3, 5e3), speed=6.0, heading=2.5)
+    first = tma.Sensor(Linear([1.0, 0.3]), np.arange(0, 101, 5.0), 20.0)
+    second = tma.Sensor(Linear([-0.4, 1.0]), np.arange(0, 101, 10.0), 30.0)
+    return tma.Scenario(target, platform, [first, second], reference_time=100.0)
+
+
+PRIOR_COVARIANCE = np.diag([1e6, 2e6, 25.0, 30.0]) + 100.0
+
+
+def kalman_filter(scenario, measured, mean, covariance):
+    """A textbook Kalman filter from another library: prediction steps, joint updates, Joseph form."""
+    kalman = KalmanFilter(dim_x=4, dim_z=2)
+    kalman.x, kalman.P, kalman.Q = mean.copy(), covariance.copy(), np.zeros((4, 4))
+    now = 0.0
+    for time in np.unique(scenario.times):
+        if time <= 0:
+            continue
+        kalman.predict(F=tma.transition(time - now))
+        now = time
+        here = scenario.platform.position(time)
+        columns = np.flatnonzero(scenario.times == time)
+        sensors = [s for s in scenario.sensors if time in s.times]
+        h = np.array([[*s.model.weights, 0, 0] for s in sensors])
+        z = measured[columns] + h[:, :2] @ here
+        kalman.dim_z = len(columns)
+        kalman.update(z, R=np.diag(scenario.sigma[columns] ** 2), H=h)
+    return kalman.x, kalman.P
+
+
+def test_equals_a_kalman_filter_on_a_linear_problem(linear):
+    measured = linear.simulate(5, seed=1)
+    start = linear.with_(reference_time=0.0).state + [300, -200, 1, 2]
+    track = tma.ekf(linear, measured, tma.Prior(start, PRIOR_COVARIANCE, 0.0))
+    for run in range(5):
+        mean, covariance = kalman_filter(linear, measured[run], start, PRIOR_COVARIANCE)
+        np.testing.assert_allclose(track.state[run, -1], mean, rtol=1e-8)
+        np.testing.assert_allclose(track.covariance[run, -1], covariance, rtol=1e-7)
+
+
+def test_equals_weighted_least_squares_on_a_linear_problem(linear):
+    """Information of prior and measurements simply add."""
+    measured = linear.simulate(1, seed=2)[0]
+    now = linear.state + [100, 50, -1, 1]
+    value, jacobian = linear.linearise(now)
+    used = linear.times > 0
+    prior = tma.Prior(now, PRIOR_COVARIANCE, 0.0)
+    track = tma.ekf(linear, measured, tma.Prior(tma.propagate(now, -100.0), PRIOR_COVARIANCE, 0.0))
+    phi = tma.transition(100.0)
+    information = np.linalg.inv(phi @ prior.covariance @ phi.T)
+    j, e = jacobian[used] / linear.sigma[used, None], (measured - value)[used] / linear.sigma[used]
+    total = information + j.T @ j
+    np.testing.assert_allclose(track.state[-1], now + np.linalg.solve(total, j.T @ e), rtol=1e-9)
+    np.testing.assert_allclose(track.covariance[-1], np.linalg.inv(total), rtol=1e-6)
+
+
+def dense_ekf(scenario, angles, mean, covariance, record):
+    """The recursion of emw-acoustic, Section IV.B, as printed: one run, matrices, joint updates."""
+    x, p, now, kept = mean.copy(), covariance.copy(), 0.0, {}
+    for time in np.unique(scenario.times):
+        if time <= 0:
+            continue
+        phi = tma.transition(time - now)
+        x, p, now = phi @ x, phi @ p @ phi.T, time
+        columns = np.flatnonzero(scenario.times == time)
+        value, gradient = scenario.with_(reference_time=time).linearise(x)
+        h, r = gradient[columns], np.diag(scenario.sigma[columns] ** 2)
+        k = p @ h.T @ np.linalg.inv(h @ p @ h.T + r)
+        x = x + k @ tma.wrap(angles[columns] - value[columns])
+        left = np.eye(4) - k @ h
+        p = left @ p @ left.T + k @ r @ k.T
+        kept[time] = (x, p)
+    return [kept[time] for time in record]
+
+
+def test_equals_the_printed_recursion(scenario):
+    angles = scenario.simulate(4, seed=8)
+    start = tma.along_first_bearing(scenario, angles, 6e3)
+    covariance = np.diag([3e3**2, 3e3**2, 25.0, 25.0])
+    record = [40.0, 300.0, 600.0]
+    track = tma.ekf(scenario, angles, tma.Prior(start, covariance, 0.0), record=record)
+    for run in range(4):
+        for k, (x, p) in enumerate(dense_ekf(scenario, angles[run], start[run], covariance, record)):
+            np.testing.assert_allclose(track.state[run, k], x, rtol=1e-7, atol=1e-6)
+            np.testing.assert_allclose(track.covariance[run, k], p, rtol=1e-5, atol=1e-6 * np.abs(p).max())
+
+
+def test_batch_equals_loop(scenario):
+    angles = scenario.simulate(6, seed=8)
+    prior = tma.Prior(scenario.with_(reference_time=0.0).state, np.diag([1e6, 1e6, 4.0, 4.0]), 0.0)
+    whole = tma.ekf(scenario, angles, prior)
+    np.testing.assert_allclose(tma.ekf(scenario, angles[4], prior).state, whole.state[4], rtol=1e-12)
+
+
+def test_only_measurements_after_the_prior_are_used(scenario):
+    angles = scenario.simulate(1, seed=8)
+    changed = angles.copy()
+    changed[:, scenario.times <= 100.0] += 0.5
+    prior = tma.Prior(scenario.with_(reference_time=100.0).state, np.diag([1e6, 1e6, 4.0, 4.0]), 100.0)
+    np.testing.assert_array_equal(
+        tma.ekf(scenario, angles, prior).state, tma.ekf(scenario, changed, prior).state
+    )
+
+
+def test_consistent_with_a_good_prior(scenario):
+    rng = np.random.default_rng(3)
+    covariance = np.diag([50.0**2, 50.0**2, 0.3**2, 0.3**2])
+    truth = scenario.with_(reference_time=0.0).state
+    runs = 2000
+    start = truth + rng.normal(size=(runs, 4)) * np.sqrt(np.diag(covariance))
+    track = tma.ekf(scenario, scenario.simulate(runs, seed=4), tma.Prior(start, covariance, 0.0))
+    nees = tma.nees(track.state[:, -1], scenario.state, track.covariance[:, -1])
+    assert nees.mean() == pytest.approx(4, rel=0.1)
+
+
+def test_a_diverged_run_is_flagged_and_stays(scenario):
+    angles = scenario.simulate(3, seed=8)
+    angles[1, 5] = np.nan
+    prior = tma.Prior(scenario.with_(reference_time=0.0).state, np.diag([1e6, 1e6, 4.0, 4.0]), 0.0)
+    track = tma.ekf(scenario, angles, prior)
+    np.testing.assert_array_equal(track.finite, [True, False, True])
+    assert track.state.shape == (3, 1, 4)
+
+
+def test_filter_of_the_tables_differs_only_at_radar_only_instants():
+    scenario = emw.scenario(1)
+    value, gradient = scenario.linearise(scenario.state)
+    other_value, other_gradient = emw.for_filter(scenario, "tables").linearise(scenario.state)
+    np.testing.assert_array_equal(other_value, value)
+    radar = slice(0, 1200)
+    with_sonar = np.isin(scenario.times[radar], scenario.sensors[1].times)
+    changed = np.any(other_gradient[radar] != gradient[radar], axis=1)
+    np.testing.assert_array_equal(changed, ~with_sonar)
+    late = scenario.with_(sensors=[tma.Sensor(tma.DelayedBearing(), scenario.sensors[0].times, 1.0)])
+    delayed = late.linearise(scenario.state)[1]
+    np.testing.assert_allclose(other_gradient[radar][~with_sonar], delayed[~with_sonar])
+
+
+@pytest.mark.parametrize(
+    ("prior", "record", "message"),
+    [
+        (tma.Prior(np.zeros(4), np.eye(3), 0.0), None, "symmetric"),
+        (tma.Prior(np.zeros(4), np.diag([1.0, 1, 1, -1]), 0.0), None, "positive definite"),
+        (tma.Prior(np.zeros(4), np.eye(4) + np.eye(4, k=1), 0.0), None, "symmetric"),
+        (tma.Prior(np.zeros(3), np.eye(4), 0.0), None, "state must have shape"),
+        (tma.Prior(np.zeros(4), np.eye(4), np.nan), None, "prior time must be finite"),
+        (tma.Prior(np.zeros(4), np.eye(4), 0.0), [3.0, 2.0], "strictly increasing"),
+    ],
+)
+def test_bad_input(scenario, prior, record, message):
+    with pytest.raises(ValueError, match=message):
+        tma.ekf(scenario, scenario.measure(), prior, record=record)
