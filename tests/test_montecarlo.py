@@ -8,7 +8,7 @@ from scipy.stats import kurtosis
 
 import tmalib as tma
 from tmalib import montecarlo
-from tmalib.papers import emw_acoustic as emw
+from tmalib.papers import emw_experiments as experiments
 
 
 def draw(seed, runs):
@@ -22,7 +22,7 @@ def test_result_does_not_depend_on_who_computes_it():
 
 
 def test_processes_give_the_same_estimates():
-    task = partial(emw.experiment, number=2)
+    task = partial(experiments.experiment, number=2)
     serial = tma.monte_carlo(task, 1000, "emw/2")
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         parallel = tma.monte_carlo(task, 1000, "emw/2", executor=pool)

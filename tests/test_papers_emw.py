@@ -6,6 +6,7 @@ import pytest
 import tmalib as tma
 from tmalib import claims
 from tmalib.papers import emw_acoustic as emw
+from tmalib.papers import emw_experiments as experiments
 
 NUMBERS = range(1, 7)
 
@@ -60,16 +61,29 @@ def test_samples_repeat_at_the_start_of_a_leg(number):
 
 
 def test_experiment_loses_no_run():
-    results = emw.experiment(tma.stream("emw/2"), 100, 2)
+    results = experiments.experiment(tma.stream("emw/2"), 100, 2)
     assert results["mle"].shape == results["ekf"].shape == (100, 4)
     assert results["mle_converged"].all()
     assert all(np.all(np.isfinite(values)) for values in results.values())
-    same = emw.filter_experiment(tma.stream("emw/2"), 100, 2, "tables", False)
+    same = experiments.filter_experiment(tma.stream("emw/2"), 100, 2, "tables", False)
     np.testing.assert_array_equal(same["ekf"], results["ekf"])
 
 
+@pytest.mark.parametrize("number", [2, 3])
+def test_consistency_of_the_mle(number):
+    """The MLE is consistent at the end of a scenario; the last look is the table's experiment."""
+    found = experiments.consistency(tma.stream(f"emw/{number}"), 300, number)
+    assert found["mle_nees"].shape == (300, 12)
+    low, high = tma.nees_limits(4, 300, 0.999)
+    assert low < found["mle_nees"][:, -1].mean() < high
+    assert 0.84 < found["mle_inside"][:, -1].mean() < 0.96
+    same = experiments.experiment(tma.stream(f"emw/{number}"), 300, number)
+    np.testing.assert_allclose(found["ekf_nees"][:, -1], same["ekf_nees"], rtol=1e-9)
+    np.testing.assert_allclose(found["mle_nees"][:, -1], same["mle_nees"], rtol=1e-6)
+
+
 def test_ellipses_shrink_along_the_scenario():
-    areas = [shape.area for shape in emw.ellipses(1)]
+    areas = [shape.area for shape in experiments.ellipses(1)]
     assert areas[0] > areas[1] > areas[2]
 
 

@@ -13,17 +13,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import claims
-from ..batch import along_first_bearing, fit
+from ..batch import along_first_bearing
 from ..bearings import Bearing, DelayedBearing, _delay
-from ..bounds import confidence_ellipse, crlb, crlb_sigma, nees
-from ..montecarlo import statistics
-from ..motion import Course, SampledCourse, Straight, Target, Turn
-from ..recursive import Prior, ekf
+from ..motion import Course, SampledCourse, Straight, Target, Turn, unit
+from ..recursive import Prior
 from ..scenario import Scenario, Sensor
 
 PAPER = "emw-acoustic"
 PRINTED_RUNS = 500  # runs behind every Monte-Carlo number of the tables
+TABLES = {1: "Table I", 2: "Table II", 3: "Table III", 4: "Table IV", 5: "Table V", 6: "Table VI"}
+ROWS = ("xT", "yT", "vxT", "vyT")
 SOUND_SPEED = 1500.0  # m/s
 OBSERVER_SPEED = 7.0  # m/s
 TURN_RADIUS = 200.0  # m, recovered, not printed
@@ -77,33 +76,46 @@ def course_as_printed(number):
     return Course((0, 0), OBSERVER_SPEED, EAST, legs)
 
 
-def course_as_computed(number, radius=TURN_RADIUS, speed=OBSERVER_SPEED):
+def course_as_computed(
+    number, radius=TURN_RADIUS, speed=OBSERVER_SPEED, headings=(EAST, NORTH_WEST, EAST), repeat=True
+):
     """The observer's path that reproduces the printed bounds, as a `SampledCourse`.
 
-    ``radius`` (m) and ``speed`` (m/s) of the straight legs are parameters so that the recovery of the
-    path can be shown.
+    What it is made of can be changed, so that its recovery from the tables can be shown.
+
+    Parameters
+    ----------
+    number : int
+    radius : float
+        Of the turns, in metres.
+    speed : float
+        On the straight legs, in m/s.
+    headings : sequence of float
+        Of the straight legs, in radians.
+    repeat : bool
+        Whether a leg starts by repeating the last position of the leg before. If not, it starts one
+        sampling period further on.
     """
     setting = _setting(number)
     period = setting.period
-    headings_of_legs = (EAST, NORTH_WEST, EAST)
-    position, heading = np.zeros(2), EAST
-    positions, headings = [], []
+    position, heading = np.zeros(2), headings[0]
+    positions, along_path = [], []
     for i, count in enumerate(setting.samples):
-        step = np.arange(count)[:, None]
+        step = np.arange(count) + (0 if repeat or i == 0 else 1)
         if i % 2 == 0:
-            heading = headings_of_legs[i // 2]
-            there = position + step * period * speed * np.array([np.sin(heading), np.cos(heading)])
+            heading = headings[i // 2]
+            there = position + (step * period * speed)[:, None] * unit(heading)
             along = np.full(count, heading)
         else:
             side = -1.0 if i // 2 == 0 else 1.0  # left in the first turn, right in the second
-            along = heading + side * np.arange(count) * period * TURN_RATE
+            along = heading + side * step * period * TURN_RATE
             centre = position + side * radius * np.array([np.cos(heading), -np.sin(heading)])
             there = centre + side * radius * np.stack([-np.cos(along), np.sin(along)], axis=-1)
         positions.append(there)
-        headings.append(along)
+        along_path.append(along)
         position, heading = there[-1], along[-1]
     n = sum(setting.samples)
-    return SampledCourse(period * np.arange(n), np.concatenate(positions), np.concatenate(headings))
+    return SampledCourse(period * np.arange(n), np.concatenate(positions), np.concatenate(along_path))
 
 
 def scenario(number, path="computed"):
@@ -205,7 +217,16 @@ def for_botma(scenario):
     return scenario.with_(sensors=[Sensor(ConventionalBearing(), sonar.times, sonar.sigma, sonar.name)])
 
 
-# -- the Monte-Carlo experiment of Section V ----------------------------------------------------------
+# -- where the estimators start -----------------------------------------------------------------------
+
+
+def start(scenario, angles, number, first_range=None):
+    """``X_init`` of both estimators: at rest, r_init along the first bearing (Section V), ``(..., 4)``.
+
+    ``first_range`` in metres replaces the scenario's r_init.
+    """
+    first_range = _setting(number).first_range if first_range is None else first_range
+    return along_first_bearing(scenario, angles, first_range)
 
 
 def prior(start, first_again=False):
@@ -221,118 +242,3 @@ def instants(number):
     """Times of the three confidence ellipses of the scenario's figure, in seconds; the last is t_M."""
     *early, _ = _setting(number).instants
     return np.array([*early, scenario(number).reference_time])
-
-
-def experiment(seed, runs, number):
-    """One chunk of the experiment of Section V: both estimators on the same bearings.
-
-    Parameters
-    ----------
-    seed : see `Scenario.simulate`
-    runs : int
-    number : int
-        Scenario 1 to 6, the observer's path as computed.
-
-    Returns
-    -------
-    dict
-        ``mle`` and ``ekf``: errors of the final state, ``(runs, 4)``; ``mle_converged``; ``mle_nees``
-        against the bound and ``ekf_nees`` against the covariance that the filter claims, ``(runs,)``.
-    """
-    now = scenario(number)
-    angles = now.simulate(runs, seed)
-    start = along_first_bearing(now, angles, _setting(number).first_range)
-    batch = fit(now, angles, start)
-    track = ekf(for_filter(now), angles, prior(start))
-    final, claimed = track.state[:, -1], track.covariance[:, -1]
-    return {
-        "mle": batch.state - now.state,
-        "mle_converged": batch.converged,
-        "mle_nees": nees(batch.state, now.state, crlb(now)),
-        "ekf": final - now.state,
-        "ekf_nees": nees(final, now.state, claimed),
-    }
-
-
-def filter_experiment(seed, runs, number, gradient, first_again):
-    """Errors of the EKF alone, ``{"ekf": (runs, 4)}``, for a variant of the filter.
-
-    ``gradient`` as in `for_filter`, ``first_again`` as in `prior`. The bearings are those of `experiment`.
-    """
-    now = scenario(number)
-    angles = now.simulate(runs, seed)
-    start = along_first_bearing(now, angles, _setting(number).first_range)
-    track = ekf(for_filter(now, gradient), angles, prior(start, first_again))
-    return {"ekf": track.state[:, -1] - now.state}
-
-
-def positions_at_instants(seed, runs, number):
-    """Estimated positions at the figure's `instants`: ``mle`` and ``ekf``, ``(runs, 3, 2)``, metres.
-
-    The MLE at an instant uses the bearings up to it.
-    """
-    setting, now = _setting(number), scenario(number)
-    angles = now.simulate(runs, seed)
-    start = along_first_bearing(now, angles, setting.first_range)
-    times = instants(number)
-    track = ekf(for_filter(now), angles, prior(start), record=times)
-    batch = []
-    for time in times:
-        then = now.until(time)
-        batch.append(fit(then, angles[:, now.columns_until(time)], start).state[:, :2])
-    return {"mle": np.stack(batch, axis=1), "ekf": track.state[:, :, :2]}
-
-
-def ellipses(number, probability=0.9):
-    """Confidence ellipses of the bound at the figure's `instants`, centred on the true position."""
-    now = scenario(number)
-    thens = [now.until(time) for time in instants(number)]
-    return [confidence_ellipse(then.state, crlb(then), probability) for then in thens]
-
-
-# -- the tables ----------------------------------------------------------------------------------------
-
-TABLES = {1: "Table I", 2: "Table II", 3: "Table III", 4: "Table IV", 5: "Table V", 6: "Table VI"}
-ROWS = ("xT", "yT", "vxT", "vyT")
-
-
-def judge_table(number, results):
-    """Judge all rows of the scenario's table.
-
-    Parameters
-    ----------
-    number : int
-    results : dict
-        What `experiment` gave: errors ``mle`` and ``ekf``.
-
-    Returns
-    -------
-    claims.Verdicts
-    """
-    now = scenario(number)
-    bound, botma = crlb_sigma(now), crlb_sigma(for_botma(now))
-    mle, kalman = statistics(results["mle"]), statistics(results["ekf"])
-    ours = {}
-    for i, row in enumerate(ROWS):
-        ours[row, "true"] = claims.Ours(now.state[i])
-        ours |= spread_claims(row, i, mle, "mle", "emw-1")
-        ours |= spread_claims(row, i, kalman, "ekf", "emw-1, emw-2, emw-3")
-        ours[row, "std_crlb"] = claims.Ours(bound[i], erratum="emw-1")
-        ours[row, "std_crlb_botma"] = claims.Ours(botma[i], erratum="emw-1, emw-4")
-    return claims.judge(PAPER, TABLES[number], ours)
-
-
-def spread_claims(row, i, found, estimator, erratum=""):
-    """Bias and standard deviation of component ``i`` as `claims.Ours`, against 500 printed runs.
-
-    The paper prints biases without a sign, so ours is compared by its magnitude.
-    """
-    bias = claims.Ours(
-        abs(found.bias[i]),
-        found.bias_se()[i],
-        found.bias_se(PRINTED_RUNS)[i],
-        erratum,
-        note="printed without sign",
-    )
-    std = claims.Ours(found.std[i], found.std_se()[i], found.std_se(PRINTED_RUNS)[i], erratum)
-    return {(row, f"bias_{estimator}"): bias, (row, f"std_{estimator}"): std}
