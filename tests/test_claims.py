@@ -115,12 +115,15 @@ def test_deterministic_verdicts():
 
 def test_monte_carlo_verdicts():
     printed = claims.printed(PAPER, TABLE, "xT", "std_mle").value
-    errors = {"se": 1.7, "se_printed": 10.8}
+    errors = {"se": 1.7, "se_printed": 10.8, "spread": 340.0}
     assert verdict("std_mle", printed + 10, **errors).verdict == claims.REPRODUCED
     far = verdict("std_mle", printed + 60, **errors)
     assert far.verdict == claims.NOT_REPRODUCED
     assert far.z == pytest.approx((60 - 0.005) / np.hypot(1.7, 10.8))
-    assert verdict("std_mle", printed, se=20.0, se_printed=10.8).verdict == claims.INCONCLUSIVE
+    assert verdict("std_mle", printed, se=20.0, se_printed=10.8, spread=340.0).verdict == claims.INCONCLUSIVE
+    heavy = {"se": 20.0, "se_printed": 140.0, "spread": 340.0}
+    assert verdict("std_mle", printed + 150, **heavy).verdict == claims.INCONCLUSIVE
+    assert verdict("std_mle", printed + 600, **heavy).verdict == claims.NOT_REPRODUCED
     assert verdict("std_mle", printed + 0.004, **errors).z == 0.0
 
 

@@ -13,7 +13,8 @@ SE_printed is the sampling error of a statistic from the paper's number of runs,
 spread. The m rows of a table are one family: with the Sidak level ``1 - (1 - alpha)^(1/m)`` a table
 that is right is rejected with probability alpha at most. A criterion that cannot reject is not a pass,
 so each Monte-Carlo row also states the smallest deviation that would have been found with 80 %
-probability.
+probability. Where that is more than half the spread of the errors, as heavy tails make it, or where our
+own sampling error exceeds the paper's, agreement proves little and the verdict is "inconclusive".
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from ._checks import check_scalar
 
 ALPHA = 0.05
 POWER = 0.8
+RESOLUTION = 0.5  # of the errors' spread: a test that cannot see so much is not conclusive
 MIME = "application/vnd.tmalib.claims+json"
 
 REPRODUCED = "reproduced"
@@ -102,6 +104,8 @@ class Ours:
         Standard error of ours; 0 for a deterministic value.
     se_printed : float
         Standard error that the printed statistic had, from the paper's number of runs.
+    spread : float
+        Standard deviation of one run's error, the scale of what the test ought to resolve.
     erratum : str
         Identifier of the erratum whose correction was applied, if any.
     assumption : str
@@ -112,6 +116,7 @@ class Ours:
     value: float
     se: float = 0.0
     se_printed: float = 0.0
+    spread: float = 0.0
     erratum: str = ""
     assumption: str = ""
     note: str = ""
@@ -183,23 +188,23 @@ def _judge_row(row, ours, limit):
     check_scalar(f"our value of {row.key}", ours.value)
     z = detectable = None
     if row.kind == "monte-carlo":
-        if not (ours.se > 0 and ours.se_printed > 0):
-            raise ValueError(f"the Monte-Carlo row {row.key} needs standard errors, got {ours}")
+        if not (ours.se > 0 and ours.se_printed > 0 and ours.spread > 0):
+            raise ValueError(f"the Monte-Carlo row {row.key} needs standard errors and a spread, got {ours}")
         z = z_score(row.value, row.last_digit, ours)
         spread = np.hypot(ours.se, ours.se_printed)
         detectable = float(row.last_digit / 2 + (limit + NormalDist().inv_cdf(POWER)) * spread)
         agrees = z <= limit
-        resolved = ours.se <= ours.se_printed
+        resolved = ours.se <= ours.se_printed and detectable <= RESOLUTION * ours.spread
     else:
         # Rounding of the difference itself must not decide: a part in 1e9 of a digit is let pass.
         agrees = abs(ours.value - row.value) <= row.last_digit * (1 + 1e-9)
         resolved = True
     if ours.assumption:
         verdict = UNSPECIFIED
-    elif not resolved:
-        verdict = INCONCLUSIVE
     elif not agrees:
         verdict = NOT_REPRODUCED
+    elif not resolved:
+        verdict = INCONCLUSIVE
     else:
         verdict = CORRECTED if ours.erratum else REPRODUCED
     note = "; ".join(part for part in (ours.note, ours.assumption) if part)

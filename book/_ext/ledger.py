@@ -75,7 +75,7 @@ def ours_text(claim):
 
 
 def make_table(caption, head, body, classes):
-    """A docutils table; cells are strings, nodes, or lists of lines."""
+    """A docutils table; cells are strings, lists of lines, or lists of paragraphs."""
     table = nodes.table(classes=classes)
     if caption:
         table += nodes.title(caption, caption)
@@ -95,7 +95,7 @@ def make_table(caption, head, body, classes):
 
 def make_entry(cell):
     entry = nodes.entry()
-    if isinstance(cell, nodes.Element):
+    if isinstance(cell, list) and isinstance(cell[0], nodes.Element):
         entry += cell
     elif isinstance(cell, list):
         block = nodes.line_block()
@@ -186,7 +186,7 @@ class LedgerTable(_LedgerDirective):
         cell = nodes.paragraph("", verdict_text(claim))
         for label in filter(None, claim["erratum"].split(", ")):
             cell += [nodes.Text(" "), self.link(label, label)]
-        return cell
+        return [cell, nodes.paragraph("", claim["note"], classes=["note"])] if claim["note"] else [cell]
 
     def link(self, label, text):
         xref = addnodes.pending_xref(

@@ -8,6 +8,7 @@ from scipy.optimize import least_squares
 
 import tmalib as tma
 from tmalib.papers import emw_acoustic as emw
+from tmalib.papers import emw_experiments as experiments
 
 RUNS = 500
 SCENARIO = emw.scenario(1)
@@ -84,6 +85,17 @@ def test_batch_fit_against_scipy():
     np.testing.assert_allclose(
         tma.fit(SCENARIO, ANGLES[:5], START[:5]).state / sigma, other / sigma, atol=1e-2
     )
+
+
+def test_six_tables():
+    """MLE and EKF, 500 runs each, for Tables I-VI."""
+    total = 0.0
+    print()
+    for number in range(1, 7):
+        took = seconds(lambda k=number: experiments.experiment(tma.stream(f"emw/{k}"), RUNS, k), 3)
+        total += took
+        print(f"Table {number}: {took:.2f} s for {RUNS} runs of both estimators")
+    print(f"six tables: {total:.2f} s")
 
 
 def test_time_a_run_is_flat():
