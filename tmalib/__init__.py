@@ -29,6 +29,7 @@ from .bounds import (
     nees_limits,
 )
 from .charts import Cartesian, ModifiedPolar
+from .cones import BOTTOM_BOUNCE, DIRECT, SURFACE_BOUNCE, ConicalAngle, RayPath, image_depth
 from .montecarlo import Statistics, monte_carlo, statistics, stream
 from .motion import Course, SampledCourse, Straight, Target, Turn, propagate, transition
 from .recursive import Prior, Track, ekf
@@ -37,9 +38,44 @@ from .scenario import Scenario, Sensor
 __version__ = "0.1.0"
 
 __all__ = [
-    "Bearing", "Cartesian", "Course", "DelayedBearing", "Ellipse", "Fit", "ModifiedPolar", "Prior",
-    "SampledCourse", "Scenario", "Sensor", "Statistics", "Straight", "Target", "Track", "Turn",
-    "along_first_bearing", "bearing", "confidence_ellipse", "crlb", "crlb_sigma", "ekf", "fisher_information",
-    "fit", "information_rank", "monte_carlo", "nees", "nees_limits", "propagate", "propagation_delay",
-    "statistics", "stream", "transition", "wrap",
+    "BOTTOM_BOUNCE",
+    "DIRECT",
+    "SURFACE_BOUNCE",
+    "Bearing",
+    "Cartesian",
+    "ConicalAngle",
+    "Course",
+    "DelayedBearing",
+    "Ellipse",
+    "Fit",
+    "ModifiedPolar",
+    "Prior",
+    "RayPath",
+    "SampledCourse",
+    "Scenario",
+    "Sensor",
+    "Statistics",
+    "Straight",
+    "Target",
+    "Track",
+    "Turn",
+    "along_first_bearing",
+    "bearing",
+    "confidence_ellipse",
+    "crlb",
+    "crlb_sigma",
+    "ekf",
+    "fisher_information",
+    "fit",
+    "image_depth",
+    "information_rank",
+    "monte_carlo",
+    "nees",
+    "nees_limits",
+    "propagate",
+    "propagation_delay",
+    "statistics",
+    "stream",
+    "transition",
+    "wrap",
 ]  # fmt: skip

@@ -28,7 +28,7 @@ import numpy as np
 from ._checks import check_count, check_scalar
 from .charts import Cartesian, ModifiedPolar
 
-BLOCK_ELEMENTS = 48_000  # runs x measurements of the largest sensor: about 400 kB an array
+BLOCK_ELEMENTS = 72_000  # runs x measurements of the largest sensor: about 600 kB an array
 FIRST_DAMPING = 1e-2
 MOST_DAMPING = 1e10
 RIDGE = 1e-14  # on a unit diagonal: an exactly singular matrix must not stop the whole block

@@ -108,7 +108,7 @@ def _delay(dx, dy, vx, vy, c):
     return (np.sqrt(radial * radial + slack * (dx * dx + dy * dy)) - radial) / slack
 
 
-def _displacement(state, site, lag):
+def displacement(state, site, lag):
     """Target minus platform at the measurement times, as two fresh arrays."""
     x, y, vx, vy = state
     dx, dy = lag * vx, lag * vy
@@ -138,7 +138,7 @@ class Bearing(_Angle):
     """Instantaneous bearing (electromagnetic or optical), `emw-acoustic` equation (6)."""
 
     def kernel(self, state, site, lag):
-        dx, dy = _displacement(state, site, lag)
+        dx, dy = displacement(state, site, lag)
         scale = 1.0 / (dx * dx + dy * dy)
         gradient = np.empty((4, *dx.shape))
         np.multiply(dy, scale, out=gradient[0, ...])
@@ -168,7 +168,7 @@ class DelayedBearing(_Angle):
 
     def kernel(self, state, site, lag):
         _, _, vx, vy = state
-        dx, dy = _displacement(state, site, lag)
+        dx, dy = displacement(state, site, lag)
         tau = _delay(dx, dy, vx, vy, self.c)
         dx -= tau * vx
         dy -= tau * vy
