@@ -1,7 +1,8 @@
 """`emw-acoustic`: the six scenarios of Section V, as printed and as computed.
 
 The printed observer turns at 7 m/s with 20 deg/min. The bounds of Tables I-VI do not follow from that
-path. They follow, to every printed digit, from another one, which was recovered by fitting the tables:
+path. They follow, all but three to the last printed digit and these to within one unit of it, from another
+one, which was recovered by fitting the tables:
 a list of samples in which each leg starts by repeating the last position of the leg before, straight
 legs at 7 m/s with headings of exactly 90, -45 and 90 degrees, and turns on a circle of 200 m radius
 whose heading advances by a third of a degree a second. "As computed" means that path.
