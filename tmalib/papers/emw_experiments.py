@@ -153,6 +153,17 @@ def judge_table(number, results, notes=None):
     return claims.judge(emw.PAPER, emw.TABLES[number], ours)
 
 
+def judge_filter(number, errors):
+    """Judge the eight EKF numbers of a table alone, for a variant of the filter.
+
+    ``errors`` is ``(runs, 4)``. For comparing variants: the chapter's own claims come from `judge_table`.
+    """
+    ours = {}
+    for i, row in enumerate(emw.ROWS):
+        ours |= spread_claims(row, i, errors, "ekf")
+    return claims.judge(emw.PAPER, emw.TABLES[number], ours)
+
+
 def filter_errata(number):
     """Errata on which the EKF columns of a table rest (see the book's errata page)."""
     radar_only = ["emw-2"] if number in (1, 3, 5) else []
