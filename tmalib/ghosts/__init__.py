@@ -7,5 +7,7 @@ admissibility is reported by `admissible`, not applied.
 """
 
 from .family import Family, admissible
+from .one_leg import ghosts_of_one_leg
+from .two_legs import ghosts_of_two_legs
 
-__all__ = ["Family", "admissible"]
+__all__ = ["Family", "admissible", "ghosts_of_one_leg", "ghosts_of_two_legs"]

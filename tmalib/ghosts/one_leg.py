@@ -1,0 +1,303 @@
+"""Ghosts seen from one straight leg, with one ray or with a direct and a bottom-bounced one.
+
+With the array's axis for y, the relative position ``(x, y)``, linear in time, and the image depth ``zeta``,
+a ghost (primes) has the same cosine ``m = y / sqrt(x^2 + y^2 + zeta^2)`` at all times if and only if::
+
+    y^2 (x'^2 + zeta'^2) = y'^2 (x^2 + zeta^2)    as polynomials in time, and the signs of m agree.
+
+*One ray.* If y vanishes, so does y': broadside. If ``y' = beta y`` (``beta > 0`` for the sign), then
+``x'^2 + zeta'^2 = beta^2 (x^2 + zeta^2)``: with x constant (parallel) x' is any constant and beta follows;
+otherwise ``x' = +- beta x`` and ``zeta' = +- beta zeta`` (homothetic). If y' is not a multiple of y, then
+``y^2`` divides ``x^2 + zeta^2``, or y is constant, and m is constant: relative rest, or a radial motion at
+``zeta = 0``. Then every target with the same constant m is a ghost.
+
+*Two rays.* With ``d = D - z`` the two conditions differ by ``4 dO (dT y'^2 - d' y^2) = 0``, so
+``beta^2 = d' / dT`` always. With x constant ``x'^2 = beta^2 (x^2 + (dO - dT)^2) - (dO - d')^2``, where this
+is not negative; otherwise ``d' = dT`` (mirror) or ``d' dT = dO^2``.
+
+The proofs are in the book, chapters on Theorems 1 and 3. Four instants a ray suffice, three do not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..cones import BOTTOM_BOUNCE, DIRECT, ConicalAngle
+from ..motion import Target
+from .family import Family
+
+# What is zero up to rounding: lengths, relative to the largest coordinate in the scenario. It is some
+# hundred times the rounding error of a position, and moves a cosine by less than 1e-12.
+TOLERANCE = 1e-13
+INSTANTS = 4
+ANY, POSITIVE = (-np.inf, np.inf), (0.0, np.inf)
+
+
+def ghosts_of_one_leg(scenario):
+    """All targets with the same noise-free cosines of conical angles, seen from one straight leg.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        A `Target` with a depth in the water; a platform on one straight leg of constant velocity and
+        heading while it measures; `ConicalAngle` sensors along one ray path, or along the direct path and
+        the bottom bounce, each with four instants or more. An assumed depth plays no part.
+
+    Returns
+    -------
+    list of Family
+        Complete for ``0 <= z <= D``; isolated ghosts outside the water are listed as well (see
+        `admissible`). A family with parameters may contain the target itself. The parameters are
+
+        ``depth``
+            Depth of the ghost, in metres.
+        ``beta``
+            Ratio of the ghost's relative position to the target's.
+        ``across``, ``across_start``, ``across_end``
+            Relative position to the right of the axis, throughout or at the first and last measurement.
+        ``range_start``, ``range_end``
+            Distance along the axis at the first and last measurement, on the target's side.
+
+        A value that puts the ghost on the array raises `ValueError`.
+
+    Raises
+    ------
+    ValueError
+        For anything else; the message says what.
+
+    Notes
+    -----
+    Source: `conical-angles`, Theorems 1 and 3, as corrected in the book.
+
+    Examples
+    --------
+    >>> import numpy as np, tmalib as tma
+    >>> from tmalib.ghosts import ghosts_of_one_leg
+    >>> array = tma.Course((0, 0), speed=5, heading=0.0, legs=[tma.Straight(np.inf)])
+    >>> target = tma.Target((5000, 7000), speed=4, heading=np.radians(45), depth=100)
+    >>> rays = [tma.ConicalAngle(path, 200.0, 4000.0) for path in (tma.DIRECT, tma.BOTTOM_BOUNCE)]
+    >>> sensors = [tma.Sensor(ray, np.arange(0, 301, 4), 0.017) for ray in rays]
+    >>> scenario = tma.Scenario(target, array, sensors, reference_time=0)
+    >>> for family in ghosts_of_one_leg(scenario):
+    ...     print(f"{family.case}: {family.target().depth:.2f} m")
+    mirror: 100.00 m
+    homothetic: 297.44 m
+    mirror-homothetic: 297.44 m
+    """
+    leg, x, y, depth, path = _examine(scenario)
+    return _one_ray(leg, x, y, depth, path) if path else _two_rays(leg, x, y, depth)
+
+
+@dataclass(frozen=True)
+class _Leg:
+    """The array during its measurements: times and positions at both ends, axes, depths, and a length
+    below which all is rounding."""
+
+    times: np.ndarray
+    positions: np.ndarray
+    axes: np.ndarray  # rows: unit vectors across (to the right) and ahead
+    array_depth: float
+    bottom_depth: float
+    tiny: float
+
+    def member(self, x, y, depth, path=DIRECT):
+        """The target with the relative positions ``(x, y)`` at both ends."""
+        x, y = np.broadcast_to(x, 2), np.broadcast_to(y, 2)
+        passes = abs(x[0] * y[1] - x[1] * y[0]) <= self.tiny * np.hypot(x, y).max()
+        passes &= x[0] * x[1] + y[0] * y[1] <= self.tiny**2
+        if passes and abs(self.zeta(path, depth)) <= self.tiny:
+            raise ValueError(f"this member would pass through the array: across {x}, ahead {y} m, no depth")
+        start, end = self.positions + np.stack([x, y], axis=1) @ self.axes
+        return Target.from_velocity(
+            start, (end - start) / np.diff(self.times), depth=depth, time=self.times[0]
+        )
+
+    def zeta(self, path, depth):
+        slope, offset = path.image(self.bottom_depth)
+        return slope * depth + (offset - self.array_depth)  # in the order of `ConicalAngle`
+
+
+def _one_ray(leg, x, y, depth, path, theorem=1):
+    """Theorem 1, corrected. ``x`` and ``y`` are the target's relative coordinates at both ends."""
+
+    def family(case, number, make, **parameters):
+        return Family(case, f"conical-angles, Theorem {theorem}, {number}", make, parameters)
+
+    water = (0.0, leg.bottom_depth)
+    zeta = leg.zeta(path, depth)
+    level, parallel = abs(zeta) <= leg.tiny, abs(x[1] - x[0]) <= leg.tiny
+
+    if np.all(np.abs(y) <= leg.tiny):
+
+        def broadside(across_start, across_end, depth):
+            return leg.member((across_start, across_end), 0.0, depth, path)
+
+        return [family("broadside", "case 1", broadside, across_start=ANY, across_end=ANY, depth=water)]
+
+    side = np.sign(y[0])
+    slope, offset = path.image(leg.bottom_depth)
+    same_depth = min(max((leg.array_depth - offset) / slope, 0.0), leg.bottom_depth)  # where zeta = 0 ...
+    reachable = abs(leg.zeta(path, same_depth)) <= leg.tiny  # ... if that is in the water
+
+    def radial(ratio):
+        def make(range_start, range_end):
+            ahead = side * np.array([range_start, range_end])
+            if not np.all(ahead):
+                raise ValueError("range_start and range_end must be positive, got 0")
+            return leg.member(ratio * ahead, ahead, same_depth, path)
+
+        return make
+
+    ranges = dict(range_start=POSITIVE, range_end=POSITIVE)
+    if level and np.all(np.abs(x) <= leg.tiny):
+        return [family("endfire", "case 2", radial(0.0), **ranges)]
+
+    across_length = np.hypot(x[0], zeta)  # not zero here unless x changes
+
+    def parallel_members(ahead):
+        def make(across, depth):
+            beta = np.hypot(across, leg.zeta(path, depth)) / across_length
+            if beta * across_length <= leg.tiny:
+                raise ValueError(f"across = {across} and depth = {depth} put the ghost on the array's line")
+            return leg.member(across, beta * ahead, depth, path)
+
+        return make
+
+    at_rest = parallel and abs(y[1] - y[0]) <= leg.tiny
+    if at_rest or (level and abs(x[0] * y[1] - x[1] * y[0]) <= leg.tiny * np.hypot(x, y).max()):
+        rest = parallel_members(np.full(2, y[0]))
+        found = [family("relative rest", "constant cosine", rest, across=ANY, depth=water)]
+        if reachable:
+            ratio = across_length / abs(y[0])
+            found.append(family("radial, right", "constant cosine", radial(side * ratio), **ranges))
+            found.append(family("radial, left", "constant cosine", radial(-side * ratio), **ranges))
+        return found
+
+    if parallel:
+        return [family("parallel", "case 3", parallel_members(y), across=ANY, depth=water)]
+
+    def homothetic(mirror):
+        if level:
+            return lambda beta: leg.member(mirror * _positive(beta) * x, beta * y, depth, path)
+
+        def make(depth):
+            beta = _positive(abs(leg.zeta(path, depth) / zeta))
+            return leg.member(mirror * beta * x, beta * y, depth, path)
+
+        return make
+
+    free = dict(beta=POSITIVE) if level else dict(depth=water)
+    return [
+        family("homothetic", "case 4", homothetic(1), **free),
+        family("mirror-homothetic", "case 4", homothetic(-1), **free),
+    ]
+
+
+def _two_rays(leg, x, y, depth):
+    """Theorem 3, corrected."""
+    below_array, below = leg.bottom_depth - leg.array_depth, leg.bottom_depth - depth  # dO, dT
+    if below_array <= leg.tiny or np.all(np.abs(y) <= leg.tiny):
+        return _one_ray(leg, x, y, depth, DIRECT, theorem=3)  # both rays are one, or tell nothing
+
+    def family(case, number, make, **parameters):
+        return Family(case, f"conical-angles, Theorem 3, {number}", make, parameters)
+
+    def isolated(case, mirror, beta, depth):
+        return family(case, "case 4", lambda: leg.member(mirror * beta * x, beta * y, depth))
+
+    zeta = below_array - below
+    parallel = abs(x[1] - x[0]) <= leg.tiny
+    if parallel and below <= leg.tiny:
+
+        def on_bottom(across):
+            beta = np.hypot(across, zeta) / np.hypot(x[0], zeta)
+            return leg.member(across, beta * y, depth)
+
+        return [family("parallel on the bottom", "target on the bottom", on_bottom, across=ANY)]
+
+    if parallel:
+        square = x[0] ** 2 + zeta**2
+        if square <= leg.tiny**2:
+            return []  # endfire: the second ray gives the range
+
+        def beside(mirror):
+            def make(depth):
+                d = leg.bottom_depth - depth
+                radicand = d / below * square - (below_array - d) ** 2
+                return leg.member(mirror * np.sqrt(max(radicand, 0.0)), np.sqrt(d / below) * y, depth)
+
+            return make
+
+        # The radicand is not negative between two roots d- and d+ whose product is dO^2.
+        half = below_array + square / (2 * below)
+        largest = half + np.sqrt(half**2 - below_array**2)
+        depths = (max(0.0, leg.bottom_depth - largest), leg.bottom_depth - below_array**2 / largest)
+        return [
+            family("parallel, right", "case 3", beside(1), depth=depths),
+            family("parallel, left", "case 3", beside(-1), depth=depths),
+        ]
+
+    found = [isolated("mirror", -1, 1.0, depth)]
+    if abs(zeta) > leg.tiny and below > leg.tiny:
+        beta = below_array / below
+        other = leg.bottom_depth - below_array * beta
+        found.append(isolated("homothetic", 1, beta, other))
+        found.append(isolated("mirror-homothetic", -1, beta, other))
+    return found
+
+
+def _positive(beta):
+    if not 0 < beta < np.inf:
+        raise ValueError(f"the ghost would be on the array or nowhere: beta = {beta}, must be positive")
+    return beta
+
+
+def _examine(scenario):
+    """The leg, the target's relative coordinates ``x`` and ``y`` at both ends, its depth, and the ray path
+    (None for direct and bottom); `ValueError` for a scenario that is not covered."""
+    target, models = scenario.target, [sensor.model for sensor in scenario.sensors]
+    if not isinstance(target, Target) or target.depth is None:
+        raise ValueError(f"the target must be a Target with a depth, got {target!r}")
+    if not all(isinstance(model, ConicalAngle) for model in models):
+        raise ValueError(
+            f"all sensors must be ConicalAngle, got {sorted({type(m).__name__ for m in models})}"
+        )
+    depths = {(model.array_depth, model.bottom_depth) for model in models}
+    if len(depths) > 1:
+        raise ValueError(f"all sensors must have the same array_depth and bottom_depth, got {sorted(depths)}")
+    array_depth, bottom_depth = depths.pop()
+    if not 0 <= target.depth <= bottom_depth:
+        raise ValueError(f"the target's depth must be between 0 and {bottom_depth}, got {target.depth}")
+
+    instants = {}  # a path by its image: (1, 0, 0) and (-1, 0, 0) are one
+    for sensor in scenario.sensors:
+        image = sensor.model.path.image(bottom_depth)
+        instants[image] = np.union1d(instants.get(image, []), sensor.times)
+    pair = {path.image(bottom_depth) for path in (DIRECT, BOTTOM_BOUNCE)}
+    if len(instants) > 1 and set(instants) != pair:
+        raise ValueError("the rays must be one path, or the direct path and the bottom bounce")
+    fewest = min(map(len, instants.values()))
+    if fewest < INSTANTS:
+        raise ValueError(f"each ray needs at least {INSTANTS} instants, got {fewest}")
+
+    times = np.unique(scenario.times)
+    ends = times[[0, -1]]
+    place = np.concatenate([site for _, _, site, _ in scenario.pieces], axis=1)
+    positions = scenario.platform.position(ends)
+    extent = [positions, target.position(ends), target.velocity * np.abs(ends - target.time).max()]
+    tiny = TOLERANCE * max(np.abs(part).max() for part in extent)
+    share = (scenario.times - ends[0]) / (ends[1] - ends[0])
+    straight = positions[0] + share[:, None] * (positions[1] - positions[0])
+    turned = np.abs(place[2:] - place[2:, :1]).max()
+    if turned > TOLERANCE or np.abs(place[:2].T - straight).max() > tiny:
+        raise ValueError(
+            "the platform must keep its velocity and heading while it measures: one straight leg"
+        )
+
+    sin, cos = place[2:, 0]
+    axes = np.array([[cos, -sin], [sin, cos]])
+    leg = _Leg(ends, positions, axes, array_depth, bottom_depth, tiny)
+    x, y = axes @ (target.position(ends) - positions).T
+    return leg, x, y, target.depth, models[0].path if len(instants) == 1 else None
