@@ -102,7 +102,7 @@ def make_entry(cell):
         for line in cell:
             block += nodes.line(line, line)
         entry += block
-    else:
+    elif cell:
         entry += nodes.paragraph(cell, cell)
     return entry
 

@@ -178,14 +178,8 @@ def spread_claims(row, i, errors, estimator, erratum=""):
     decide a standard deviation, the note says what experiments of 500 of our own runs give.
     """
     found = statistics(errors)
-    note = "printed without sign"
     bias = claims.Ours(
-        abs(found.bias[i]),
-        found.bias_se()[i],
-        found.bias_se(emw.PRINTED_RUNS)[i],
-        found.std[i],
-        erratum,
-        note=note,
+        abs(found.bias[i]), found.bias_se()[i], found.bias_se(emw.PRINTED_RUNS)[i], found.std[i], erratum
     )
     note = ""
     if found.kurtosis[i] > HEAVY:
