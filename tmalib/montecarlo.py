@@ -26,6 +26,9 @@ STREAMS = {
     "emw/5": 4,
     "emw/6": 5,
     "example": 6,
+    "conical/3.2": 7,
+    "conical/4.2": 8,
+    "conical/5.2": 9,
 }
 
 

@@ -182,7 +182,7 @@ def spread_claims(row, i, errors, estimator, erratum=""):
         abs(found.bias[i]), found.bias_se()[i], found.bias_se(emw.PRINTED_RUNS)[i], found.std[i], erratum
     )
     note = ""
-    if found.kurtosis[i] > HEAVY:
+    if found.kurtosis[i] > HEAVY and len(errors) >= CHUNK:
         experiments = errors[: len(errors) // CHUNK * CHUNK, i].reshape(-1, CHUNK)
         low, high = np.quantile(experiments.std(axis=1, ddof=1), [0.05, 0.95])
         note = f"stray runs: 90 % of our own experiments of {CHUNK} runs give {low:.3g} to {high:.3g}"
