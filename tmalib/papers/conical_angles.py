@@ -65,7 +65,8 @@ def section_4_2(assumed_depth=None, path="computed", conventional=False):
         As computed: a turn of 405 s, a second leg of 295 s, a heading 2 s old. As printed: a turn of
         404 s, a second leg of 300 s cut off at 800 s, no lag.
     conventional : bool
-        What Section 4.2.3 assumes: no elevation, ``cos(phi) = 1``. Measurements are not affected.
+        What the estimator of Section 4.2.3 assumes: no elevation, ``cos(phi) = 1``. Simulate another
+        scenario, and fit this one.
     """
     if path not in ("computed", "printed"):
         raise ValueError(f"path must be 'computed' or 'printed', got {path!r}")
