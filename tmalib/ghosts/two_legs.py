@@ -49,8 +49,8 @@ def ghosts_of_two_legs(scenario):
     Returns
     -------
     list of Family
-        Complete for targets that stay off the array between the first and the last instant. Ghosts outside
-        the water are listed (see `admissible`), except that the range of the parameter ``depth`` ends there.
+        Complete for ghosts that stay off the array between the first and the last instant. Those outside the
+        water are listed (see `admissible`), except that the range of the parameter ``depth`` ends there.
         Families may contain the target itself. Cases, for a turn that is not a U-turn:
 
         ``depth mirror``
@@ -67,9 +67,9 @@ def ghosts_of_two_legs(scenario):
 
         After a U-turn they are ``mirror``, ``depth mirror`` and ``mirror, depth mirror``; or ``parallel
         course``, by an ``angle`` about the array's line; or ``endfire``, with ``ahead`` metres and ``speed``
-        along the first heading.
+        along the first heading, or with ``speed`` alone.
 
-        A member that would pass through the array, where the target does not, raises `ValueError`.
+        A member that would pass through the array raises `ValueError`.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def ghosts_of_two_legs(scenario):
         return [turn.isolated("depth mirror", 1.0, turn.V_T, -1)]
     along = turn.p / np.hypot(*turn.p)
     if turn.still(_cross(along, turn.chord)) and turn.still(_cross(along, turn.w[0])):
-        return _constant_cosine(turn, along)
+        return [_constant_cosine(turn, along)]
     return []
 
 
@@ -175,9 +175,8 @@ def _overhead(turn):
     if sides:
         i, j = sides[0], 1 - sides[0]  # the ghost is the mirror image in leg j
         case = f"broadside in leg {i + 1}"
-        kappa = (
-            2 * (turn.n[j] @ turn.w[j]) * (turn.n[j] @ turn.e[i]) / (turn.speed * (1 - turn.e[0] @ turn.e[1]))
-        )
+        kappa = 2 * (turn.n[j] @ turn.w[j]) * (turn.n[j] @ turn.e[i])
+        kappa /= turn.speed * (1 - turn.e[0] @ turn.e[1])
     else:
         case, j, both = "bisector", 0, turn.e[0] + turn.e[1]
         if not turn.still(_cross(turn.V_T, both)):
@@ -192,24 +191,15 @@ def _overhead(turn):
 
 def _constant_cosine(turn, along):
     """zeta = 0: all targets on the line through the array along ``V_2 - V_1``, and in motion along it."""
-    own = along @ turn.p
-    met = [i for i, end in enumerate(turn.ends(turn.p, turn.V_T)) if own > 0 > along @ end]
 
     def make(range, share):
         p, velocity = range * along, turn.V[0] + share * turn.chord
-        ahead = [along @ end for i, end in enumerate(turn.ends(p, velocity)) if i not in met]
+        ahead = [along @ end for end in turn.ends(p, velocity)]
         if min(ahead) <= 0 or (range == 0 and not turn.overhead):
             raise ValueError(f"range = {range} and share = {share} let the ghost pass through the array")
         return turn.member(p, velocity, turn.depth)
 
-    def make_meeting(range):  # it passes through the array when the target does: w'_i = beta w_i
-        velocity = turn.V[met[0]] + range / own * turn.w[met[0]]
-        return make(range, (velocity - turn.V[0]) @ turn.chord / (turn.chord @ turn.chord))
-
-    case = "constant cosine in both legs"
-    if not met:
-        return [turn.family(case, make, range=POSITIVE, share=ANY)]
-    return [turn.family(case, make_meeting, range=POSITIVE)] if len(met) == 1 else []
+    return turn.family("constant cosine in both legs", make, range=POSITIVE, share=ANY)
 
 
 def _collision(turn):
@@ -229,7 +219,7 @@ def _collision(turn):
             elif abs(_cross(first, along)) <= TOLERANCE * sizes[0]:
                 before, after = np.sign(first @ along), np.sign(second @ along)
                 if before != after:
-                    families += _constant_cosine(turn, after * along)
+                    families.append(_constant_cosine(turn, after * along))
                 else:
                     limits = (1.0, np.inf) if after > 0 else (-np.inf, 0.0)
                     families.append(turn.family(case, partial(_on_chord, turn, limits), share=limits))
@@ -262,29 +252,18 @@ def _u_turn(turn):
 
         return [turn.family("parallel course", rotated, angle=(-np.pi, np.pi))]
 
-    own = axis @ turn.p
-    ends = [axis @ end for end in turn.ends(turn.p, turn.V_T)]
-    met = [i for i in (0, 1) if own * ends[i] < 0]
+    own = [axis @ (turn.p + end) for end in turn.ends(turn.p, turn.V_T)]  # its sign: ahead or astern
 
     def make(ahead, speed):
-        sides = [np.sign(ends[i] if turn.overhead else own) for i in (0, 1)]
         new = [axis @ end for end in turn.ends(ahead * axis, speed * axis)]
-        same = all(side * ahead >= 0 < side * end for side, end in zip(sides, new, strict=True))
-        if not (same or met) or (ahead == 0 and not turn.overhead):
+        same = all(side * ahead >= 0 < side * end for side, end in zip(own, new, strict=True))
+        if not same or (ahead == 0 and not turn.overhead):
             raise ValueError(f"ahead = {ahead} and speed = {speed} let the ghost pass through the array")
         return turn.member(ahead * axis, speed * axis, turn.depth)
 
-    def make_meeting(ahead):
-        i = met[0]
-        velocity = turn.V[i] + ahead / own * turn.w[i]
-        other = axis @ turn.ends(ahead * axis, velocity)[1 - i]
-        if min(own * ahead, own * other) <= 0:
-            raise ValueError(f"ahead = {ahead} lets the ghost pass through the array")
-        return make(ahead, axis @ velocity)
-
-    if not met:
-        return [turn.family("endfire", make, ahead=ANY, speed=ANY)]
-    return [turn.family("endfire", make_meeting, ahead=ANY)] if len(met) == 1 else []
+    if own[0] * own[1] < 0:  # from ahead to astern, or back, at the turn
+        return [turn.family("endfire", partial(make, 0.0), speed=ANY)]
+    return [turn.family("endfire", make, ahead=ANY, speed=ANY)]
 
 
 def _cross(a, b):
@@ -320,4 +299,9 @@ def _examine(scenario):
     way = np.hypot(*target.velocity) * max(abs(time - target.time), *legs)
     vertical = [target.depth, sensor.model.bottom_depth]
     length = max(np.abs([*place, *target.position_at_time, *p, way, speed * max(legs), *vertical]))
-    return _Turn(time, legs, place, e, speed, p, target.velocity, target.depth, sensor.model, length)
+    turn = _Turn(time, legs, place, e, speed, p, target.velocity, target.depth, sensor.model, length)
+    for w, end in zip(turn.w, turn.ends(p, turn.V_T), strict=True):
+        radial = turn.level and not turn.overhead and abs(_cross(p, w)) <= TOLERANCE * length * np.hypot(*w)
+        if radial and p @ end < 0:
+            raise ValueError("the target passes through the array during a leg, where it has no cosine")
+    return turn
