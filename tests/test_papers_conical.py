@@ -6,6 +6,7 @@ import pytest
 import tmalib as tma
 from tmalib import claims
 from tmalib.papers import conical_angles as conical
+from tmalib.papers import conical_experiments as experiments
 
 
 def misses(table, rows, bound):
@@ -63,3 +64,54 @@ def test_the_conventional_estimator_is_misspecified():
 def test_bad_path():
     with pytest.raises(ValueError, match="path must be"):
         conical.section_4_2(path="guessed")
+
+
+def test_quadratic_coordinates_are_the_state_and_infinity_is_their_edge():
+    scenario = conical.section_3_2(assumed_depth=200.0)
+    states = scenario.state + np.array([[0, 0, 0, 0], [-6000, 500, 2, -1], [4e6, 3e6, 1e3, 1e3]])
+    points = experiments.to_quadratic(scenario, states)
+    back = experiments.from_quadratic(scenario, points)
+    side = np.where(states[:, :1] < 0, -1, 1) * [1, 0, 1, 0] + [0, 1, 0, 1]
+    np.testing.assert_allclose(back, states * side, rtol=1e-6)
+    same, _ = experiments.quadratic(scenario).linearise(points)
+    np.testing.assert_allclose(same, scenario.linearise(states)[0], atol=1e-14)
+    _, b, c, p = points[0]
+    assert np.isnan(experiments.from_quadratic(scenario, [b * b / c, b, c, p])).all()
+
+
+@pytest.mark.parametrize("kappa", [None, 0.0, 0.5])
+def test_gradient_in_quadratic_coordinates(kappa):
+    scenario = experiments.quadratic(conical.section_3_2(assumed_depth=200.0), kappa)
+    point = np.array([1.6, 3e-4, 2e-7, -3e-4] if kappa is None else [0.7, 4e-4, -3e-4])
+    gradient = scenario.linearise(point)[1]
+    for i, step in enumerate(1e-6 * point):
+        ahead, behind = (scenario.linearise(point + s * step * np.eye(len(point))[i])[0] for s in (1, -1))
+        np.testing.assert_allclose(gradient[:, i], (ahead - behind) / (2 * step), rtol=1e-3, atol=1e-5)
+
+
+def test_runs_without_a_finite_estimate_prefer_infinity():
+    found = experiments.one_ray(1, 200, conical.SIGMA)
+    finite = np.isfinite(found["state"]).all(axis=1)
+    assert 80 < finite.sum() < 150
+    measured = conical.section_3_2().simulate(200, 1)
+    kappas = [0.0, 1e-3, 0.03, 0.1, 0.3, 0.6, 1.0]
+    cost = experiments.profile(conical.section_3_2(assumed_depth=200.0), measured[~finite], kappas)
+    assert np.all(cost[:, 1:].min(axis=1) > cost[:, 0] - 1e-4)
+
+
+def test_first_order_bias_of_a_small_error_is_the_bias():
+    scenario = conical.section_5_2(2000.0, assumed_depth=101.0)
+    fit = tma.fit(scenario, scenario.measure(), scenario.state, tolerance=1e-6)
+    np.testing.assert_allclose(
+        experiments.first_order_bias(scenario, scenario.state), scenario.state - fit.state, rtol=0.02
+    )
+
+
+def test_the_papers_bias_is_truth_minus_estimate():
+    errors = np.random.default_rng(1).normal([3.0, -2.0], 1.0, (1000, 2))
+    ours = experiments.spread_claims("xT", 0, errors)
+    assert abs(ours["xT", "bias"].value + 3) < 0.2
+    assert ours["xT", "std_sample"].se_printed > ours["xT", "std_sample"].se
+    flipped = experiments.spread_claims("xT", 0, errors, "a", "b", sign=-1)
+    assert flipped["xT", "bias"].value == -ours["xT", "bias"].value
+    assert (flipped["xT", "bias"].erratum, flipped["xT", "std_sample"].erratum) == ("a, b", "a")
