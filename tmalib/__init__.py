@@ -30,6 +30,7 @@ from .bounds import (
 )
 from .charts import Cartesian, ModifiedPolar
 from .cones import BOTTOM_BOUNCE, DIRECT, SURFACE_BOUNCE, ConicalAngle, RayPath, image_depth
+from .ghosts import admissible, find_ghosts
 from .montecarlo import Statistics, monte_carlo, statistics, stream
 from .motion import Course, SampledCourse, Straight, Target, Turn, propagate, transition
 from .recursive import Prior, Track, ekf
@@ -59,12 +60,14 @@ __all__ = [
     "Target",
     "Track",
     "Turn",
+    "admissible",
     "along_first_bearing",
     "bearing",
     "confidence_ellipse",
     "crlb",
     "crlb_sigma",
     "ekf",
+    "find_ghosts",
     "fisher_information",
     "fit",
     "image_depth",
