@@ -1,0 +1,37 @@
+"""The experiment of conical-angles, Section 4.2."""
+
+import numpy as np
+import pytest
+
+import tmalib as tma
+from tmalib.papers import conical_angles as conical
+from tmalib.papers import conical_turn as turning
+
+
+def test_the_course_as_computed_is_one_of_the_variants():
+    variant = turning.course_variant(405.0, lag=2.0)
+    np.testing.assert_allclose(tma.crlb_sigma(variant), tma.crlb_sigma(conical.section_4_2()), rtol=1e-9)
+
+
+def test_an_array_that_points_north_measures_the_northward_cosine():
+    scenario = turning.course_variant(405.0, north=True)
+    dx, dy = (scenario.target.position(scenario.times) - scenario.platform.position(scenario.times)).T
+    zeta = 2 * conical.BOTTOM_DEPTH - conical.TARGET_DEPTH - conical.ARRAY_DEPTH
+    np.testing.assert_allclose(scenario.measure(), dy / np.sqrt(dx**2 + dy**2 + zeta**2), rtol=1e-12)
+
+
+def test_experiment_loses_no_run_and_separates_right_from_wrong_models():
+    found = turning.experiment(seed=1, runs=40)
+    for name, scenario in turning.estimators().items():
+        assert found[name].shape == (40, len(scenario.coordinates))
+        assert np.isfinite(found[name]).all()
+    assert found["plain_cost"].mean() == pytest.approx(196, abs=15)
+    assert found["conventional_cost"].min() > 10 * found["plain_cost"].max()
+    known = turning.assumed_depth(seed=1, runs=40, depth=turning.ASSUMED_DEPTH)["errors"]
+    np.testing.assert_array_equal(known, found["reduced"])
+
+
+def test_random_starts_stay_within_reach():
+    starts = turning.random_starts(50, reach=1e3, speed=2.0)
+    assert np.hypot(*starts[:, :2].T).max() <= 1e3
+    assert np.hypot(*starts[:, 2:].T).max() <= 2.0
