@@ -4,6 +4,7 @@ from scipy.optimize import least_squares
 
 import tmalib as tma
 from tmalib import batch
+from tmalib.papers import conical_angles as conical
 from tmalib.papers import emw_acoustic as emw
 
 
@@ -122,6 +123,15 @@ def test_misspecified_on_purpose(scenario):
     right = tma.fit(scenario, scenario.measure(), scenario.state, tolerance=1e-6)
     assert right.cost < 1e-6 < fit.cost
     assert np.hypot(*(fit.state - scenario.state)[:2]) > 1.0
+
+
+def test_what_has_converged_is_finite():
+    """A wrong model from random starts: some runs end at the edge of the chart, and none says it converged there."""
+    model, truth = conical.section_4_2(conventional=True), conical.section_4_2()
+    starts = np.random.default_rng(5).uniform(-1, 1, (400, 4)) * [3e4, 3e4, 5, 5]
+    fit = tma.fit(model, truth.measure(), starts, max_iterations=300)
+    assert fit.converged.any()
+    assert np.isfinite(fit.state[fit.converged]).all()
 
 
 def test_start_along_first_bearing(scenario):

@@ -214,6 +214,8 @@ def _fit_block(tiles, angles, start, chart, safeguard, tolerance, max_iterations
 
         lost = np.isinf(best_cost)
         short = (damping == 0) & (decrement <= tolerance)
+        if short.any():  # a last step that leaves the chart is not a last step
+            short &= np.isfinite(chart.to_state(best + step)).all(axis=-1)
         stuck = ~lost & (damping > MOST_DAMPING if safeguard else ~better)
         finish(short, CONVERGED, best + step)
         finish(stuck, NO_DESCENT, best)
