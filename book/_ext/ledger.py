@@ -66,6 +66,11 @@ def label_of(paper, table):
     return "judged-" + nodes.make_id(f"{paper} {table}")
 
 
+def in_brackets(unit):
+    """``(m/s)``; nothing for a number without a unit."""
+    return "" if unit == "1" else f"({unit})"
+
+
 def verdict_text(claim):
     return f"{claims.SYMBOLS[claim['verdict']]} {claim['verdict']}"
 
@@ -135,7 +140,7 @@ class JudgedTable(_LedgerDirective):
         body = []
         for row in rows:
             unit = next(c["unit"] for c in found if c["row"] == row)
-            cells = [[ROWS.get(row, row), f"({unit})"]]
+            cells = [[ROWS.get(row, row), in_brackets(unit)]]
             for column in columns:
                 claim = by_cell.get((row, column))
                 cells.append(
@@ -165,7 +170,7 @@ class LedgerTable(_LedgerDirective):
         head = ["quantity", "printed", "ours", "standard error", "z", "detectable", "verdict"]
         body = []
         for c in found:
-            name = f"{ROWS.get(c['row'], c['row'])} {COLUMNS.get(c['column'], c['column'])} ({c['unit']})"
+            name = f"{ROWS.get(c['row'], c['row'])} {COLUMNS.get(c['column'], c['column'])} {in_brackets(c['unit'])}"
             z, detectable = ("" if c[q] is None else c[q] for q in ("z", "detectable"))
             body.append([
                 name, c["printed"], ours_text(c), f"{c['se']:.2g}" if c["se"] else "",
