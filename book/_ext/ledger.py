@@ -170,10 +170,14 @@ class LedgerTable(_LedgerDirective):
         head = ["quantity", "printed", "ours", "standard error", "z", "detectable", "verdict"]
         body = []
         for c in found:
-            name = f"{ROWS.get(c['row'], c['row'])} {COLUMNS.get(c['column'], c['column'])} {in_brackets(c['unit'])}"
+            quantity = (
+                ROWS.get(c["row"], c["row"]),
+                COLUMNS.get(c["column"], c["column"]),
+                in_brackets(c["unit"]),
+            )
             z, detectable = ("" if c[q] is None else c[q] for q in ("z", "detectable"))
             body.append([
-                name, c["printed"], ours_text(c), f"{c['se']:.2g}" if c["se"] else "",
+                " ".join(quantity), c["printed"], ours_text(c), f"{c['se']:.2g}" if c["se"] else "",
                 z and f"{z:.2f}", detectable and f"{detectable:.3g}", self.verdict_cell(c),
             ])  # fmt: skip
         node = make_table(self.options.get("caption", f"{table}, row by row."), head, body, ["ledger-table"])
