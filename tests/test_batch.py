@@ -134,6 +134,33 @@ def test_what_has_converged_is_finite():
     assert np.isfinite(fit.state[fit.converged]).all()
 
 
+def test_every_ghost_is_a_minimum_of_its_own():
+    """Two rays, depth in the state: target, mirror image and the two scaled ghosts, all at criterion zero."""
+    scenario = conical.section_5_2(4000.0)
+    ghosts = [family.target().state(0.0, scenario.coordinates) for family in tma.find_ghosts(scenario)]
+    minima = np.array([scenario.state, *ghosts])
+    starts = np.concatenate([minima * (1 + change) for change in (-0.01, 0.0, 0.01)])
+    states, costs, hits = batch.distinct_minima(
+        scenario, scenario.measure(), starts, tolerance=1e-6, separation=1e-4
+    )
+    assert len(states) == len(minima) == 4
+    np.testing.assert_allclose(costs, 0, atol=1e-10)
+    assert hits.sum() == len(starts)
+    for minimum in minima:
+        assert np.min(np.abs(states[:, :2] - minimum[:2]).max(axis=1)) < 5.0
+
+
+def test_one_minimum_is_found_once(scenario, runs):
+    angles, start = runs
+    starts = scenario.state + np.random.default_rng(0).normal(size=(20, 4)) * [200, 200, 1, 1]
+    states, costs, hits = batch.distinct_minima(scenario, angles[0], starts)
+    assert states.shape == (1, 4)
+    assert hits.tolist() == [20]
+    assert costs[0] == pytest.approx(tma.fit(scenario, angles[0], start[0]).cost, rel=1e-4)
+    with pytest.raises(ValueError, match="one run and a list of starts"):
+        batch.distinct_minima(scenario, angles, starts)
+
+
 def test_start_along_first_bearing(scenario):
     start = tma.along_first_bearing(scenario, scenario.measure(), 7e3)
     assert np.hypot(*start[:2]) == pytest.approx(7e3)

@@ -16,7 +16,7 @@
 True
 """
 
-from .batch import Fit, along_first_bearing, fit
+from .batch import Fit, along_first_bearing, distinct_minima, fit
 from .bearings import Bearing, DelayedBearing, bearing, propagation_delay, wrap
 from .bounds import (
     Ellipse,
@@ -66,6 +66,7 @@ __all__ = [
     "confidence_ellipse",
     "crlb",
     "crlb_sigma",
+    "distinct_minima",
     "ekf",
     "find_ghosts",
     "fisher_information",

@@ -155,6 +155,51 @@ def fit(scenario, angles, start, *, chart=None, safeguard=True, tolerance=1e-2, 
     return Fit(*(field.reshape(shape + field.shape[1:]) for field in fields))
 
 
+def distinct_minima(scenario, angles, starts, *, separation=0.1, **options):
+    """All the minima that fits from several starts reach, for one run: ghosts included.
+
+    Where targets cannot be told apart, the criterion has several minima of the same value; where a model is
+    wrong, a lower one may be far away.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    angles : array_like, shape (N,)
+        Measurements of one run.
+    starts : array_like, shape (S, n)
+    separation : float
+        Two estimates count as one minimum when they are nearer than this, in standard deviations of the
+        better one.
+    **options
+        Handed to `fit`.
+
+    Returns
+    -------
+    states : ndarray, shape (M, n)
+        The lowest minimum first; only fits that have converged count.
+    costs : ndarray, shape (M,)
+        Their criteria.
+    hits : ndarray of int, shape (M,)
+        How many starts ended at each.
+    """
+    angles, starts = scenario.check_measurements(angles), scenario.check_state(starts)
+    if angles.ndim != 1 or starts.ndim != 2:
+        raise ValueError(f"one run and a list of starts are needed, got {angles.shape} and {starts.shape}")
+    found = fit(scenario, angles, starts, **options)
+    states, costs, hits = [], [], []
+    for k in np.argsort(np.where(found.converged, found.cost, np.inf))[: found.converged.sum()]:
+        jacobian = scenario.linearise(found.state[k])[1] / scenario.sigma[:, None]
+        near = [np.linalg.norm(jacobian @ (state - found.state[k])) <= separation for state in states]
+        if any(near):
+            hits[near.index(True)] += 1
+        else:
+            states.append(found.state[k])
+            costs.append(found.cost[k])
+            hits.append(1)
+    n = starts.shape[-1]
+    return np.array(states).reshape(-1, n), np.array(costs), np.array(hits, dtype=int)
+
+
 def default_chart(scenario):
     """Modified polar about the platform at the reference time if the state is ``(x, y, vx, vy)``."""
     if scenario.coordinates != ("x", "y", "vx", "vy"):

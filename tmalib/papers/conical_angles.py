@@ -3,9 +3,9 @@
 The target is the same in all three. What reproduces the printed bounds differs from the text in details,
 which were inferred from the tables: one sample more than the duration over the period; the target's
 velocity exactly 4 m/s to the north-east and not twice 2.83 m/s; the bound taken at the target's true
-depth and not at the assumed one; in Section 4.2 a turn of 405 s (the text's legs add up to 804 s, its
-total is 800 s) and a heading half a sample old; in Section 5.2.1 the depths of array and target
-exchanged for the bounds with the depth in the state.
+depth and not at the assumed one; in Section 4.2 an end at 800 s (the text's legs add up to 804 s) and a
+heading half a sample old, with a turn of 405 s, as 135 degrees need, though 404 s would do as well; in
+Section 5.2.1 the depths of array and target exchanged for the bounds with the depth in the state.
 """
 
 from __future__ import annotations
