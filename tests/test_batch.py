@@ -126,7 +126,7 @@ def test_misspecified_on_purpose(scenario):
 
 
 def test_what_has_converged_is_finite():
-    """A wrong model from random starts: some runs end at the edge of the chart, and none says it converged there."""
+    """A wrong model from random starts: some runs end at the edge of the chart; none has converged there."""
     model, truth = conical.section_4_2(conventional=True), conical.section_4_2()
     starts = np.random.default_rng(5).uniform(-1, 1, (400, 4)) * [3e4, 3e4, 5, 5]
     fit = tma.fit(model, truth.measure(), starts, max_iterations=300)

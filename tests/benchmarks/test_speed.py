@@ -7,6 +7,8 @@ from filterpy.kalman import ExtendedKalmanFilter
 from scipy.optimize import least_squares
 
 import tmalib as tma
+from tmalib.papers import conical_experiments as conical
+from tmalib.papers import conical_turn as turn
 from tmalib.papers import emw_acoustic as emw
 from tmalib.papers import emw_experiments as experiments
 
@@ -96,6 +98,23 @@ def test_six_tables():
         total += took
         print(f"Table {number}: {took:.2f} s for {RUNS} runs of both estimators")
     print(f"six tables: {total:.2f} s")
+
+
+def test_six_tables_of_conical_angles():
+    """All estimators of Tables 1-6, 500 runs each."""
+    seed = tma.stream("conical/3.2")
+    tasks = {
+        "Table 1": lambda: conical.one_ray(seed, RUNS, 1.7e-2),
+        "Table 2": lambda: conical.one_ray(seed, RUNS, 1.7e-4),
+        "Tables 3, 4 and the conventional estimator": lambda: turn.experiment(seed, RUNS),
+        "Table 5": lambda: conical.two_rays(seed, RUNS, 2000.0),
+        "Table 6": lambda: conical.two_rays(seed, RUNS, 4000.0),
+    }
+    took = {name: seconds(task, 3) for name, task in tasks.items()}
+    print()
+    for name, time_taken in took.items():
+        print(f"{name}: {time_taken:.2f} s for {RUNS} runs")
+    print(f"six tables of conical-angles: {sum(took.values()):.2f} s")
 
 
 def test_time_a_run_is_flat():
