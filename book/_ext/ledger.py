@@ -79,11 +79,11 @@ def ours_text(claim):
     return claims.same_digits(claim["ours"], claim["printed"])
 
 
-def make_table(caption, head, body, classes):
+def make_table(directive, caption, head, body, classes):
     """A docutils table; cells are strings, lists of lines, or lists of paragraphs."""
     table = nodes.table(classes=classes)
-    if caption:
-        table += nodes.title(caption, caption)
+    words, _ = directive.state.inline_text(caption, directive.lineno)
+    table += nodes.title(caption, "", *words)
     group = nodes.tgroup(cols=len(head))
     table += group
     for _ in head:
@@ -147,7 +147,9 @@ class JudgedTable(_LedgerDirective):
                     [claim["printed"], ours_text(claim), claims.SYMBOLS[claim["verdict"]]] if claim else ""
                 )
             body.append(cells)
-        node = make_table(self.options.get("caption", f"{table}, judged."), head, body, ["judged-table"])
+        node = make_table(
+            self, self.options.get("caption", f"{table}, judged."), head, body, ["judged-table"]
+        )
         node["names"].append(label_of(paper, table))
         self.state.document.note_explicit_target(node, node)
         self.set_source_info(node)
@@ -180,7 +182,9 @@ class LedgerTable(_LedgerDirective):
                 " ".join(quantity), c["printed"], ours_text(c), f"{c['se']:.2g}" if c["se"] else "",
                 z and f"{z:.2f}", detectable and f"{detectable:.3g}", self.verdict_cell(c),
             ])  # fmt: skip
-        node = make_table(self.options.get("caption", f"{table}, row by row."), head, body, ["ledger-table"])
+        node = make_table(
+            self, self.options.get("caption", f"{table}, row by row."), head, body, ["ledger-table"]
+        )
         self.set_source_info(node)
         where = nodes.paragraph()
         where += [
@@ -220,7 +224,7 @@ class Score(SphinxDirective):
             *([f"{symbol} {v}", *(str(count[p][v]) for p in PAPERS)] for v, symbol in claims.SYMBOLS.items()),
         ]
         head = ["", *PAPERS.values()]
-        node = make_table("The score so far.", head, body, ["score"])
+        node = make_table(self, "The score so far.", head, body, ["score"])
         node["names"].append("score")
         self.state.document.note_explicit_target(node, node)
         self.set_source_info(node)
