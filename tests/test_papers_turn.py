@@ -8,13 +8,20 @@ from tmalib.papers import conical_angles as conical
 from tmalib.papers import conical_turn as turning
 
 
-def test_the_course_as_computed_is_one_of_the_variants():
-    variant = turning.course_variant(405.0, lag=2.0)
-    np.testing.assert_allclose(tma.crlb_sigma(variant), tma.crlb_sigma(conical.section_4_2()), rtol=1e-9)
+def test_the_course_as_computed_leg_by_leg():
+    """The scenario of Section 4.2, put together by hand."""
+    turn, west = tma.Turn(405.0, np.radians(20) / 60), np.radians(270)
+    array = tma.Course(
+        (0, 0), 5.0, np.radians(135), [tma.Straight(100.0), turn, tma.Straight(295.0, heading=west)]
+    )
+    model = tma.ConicalAngle(tma.BOTTOM_BOUNCE, 200.0, 4000.0, heading_lag=2.0)
+    sensor = tma.Sensor(model, 4.0 * np.arange(201), conical.SIGMA)
+    by_hand = tma.Scenario(tma.Target((5e3, 7e3), 4.0, np.radians(45), depth=100.0), array, [sensor], 0.0)
+    np.testing.assert_allclose(tma.crlb_sigma(by_hand), tma.crlb_sigma(conical.section_4_2()), rtol=1e-9)
 
 
 def test_an_array_that_points_north_measures_the_northward_cosine():
-    scenario = turning.course_variant(405.0, north=True)
+    scenario = turning.held_north(conical.turning_array(405.0, lag=0.0))
     dx, dy = (scenario.target.position(scenario.times) - scenario.platform.position(scenario.times)).T
     zeta = 2 * conical.BOTTOM_DEPTH - conical.TARGET_DEPTH - conical.ARRAY_DEPTH
     np.testing.assert_allclose(scenario.measure(), dy / np.sqrt(dx**2 + dy**2 + zeta**2), rtol=1e-12)

@@ -53,6 +53,33 @@ def section_3_2(sigma=SIGMA, assumed_depth=TARGET_DEPTH):
     )
 
 
+def turning_array(turn=405.0, duration=800.0, lag=PERIOD / 2, assumed_depth=None, conventional=False):
+    """The scenario of Section 4.2 with a chosen turn, duration and heading lag, in seconds.
+
+    Parameters
+    ----------
+    turn, duration : float
+        Length of the turn, and time of the last measurement. The second leg heads 270 degrees.
+    lag : float
+        Age of the heading that the measurement uses.
+    assumed_depth : float, optional
+        Depth that the estimator assumes for the target, in metres; `None` keeps it in the state.
+    conventional : bool
+        No elevation, ``cos(phi) = 1``, whatever the depth.
+    """
+    legs = [
+        Straight(100.0),
+        Turn(turn, np.radians(20) / 60),
+        Straight(duration - 100.0 - turn, heading=np.radians(270)),
+    ]
+    platform = Course((0, 0), speed=5.0, heading=np.radians(135), legs=legs)
+    ray, depth = (DIRECT, ARRAY_DEPTH) if conventional else (BOTTOM_BOUNCE, assumed_depth)
+    model = ConicalAngle(ray, ARRAY_DEPTH, BOTTOM_DEPTH, depth, heading_lag=lag)
+    return Scenario(
+        target(), platform, [Sensor(model, _times(duration), SIGMA, "bottom bounce")], reference_time=0.0
+    )
+
+
 def section_4_2(assumed_depth=None, path="computed", conventional=False):
     """One bottom-bounced ray and a turning array, 800 s (Tables 3 and 4, and the conventional estimator).
 
@@ -62,23 +89,16 @@ def section_4_2(assumed_depth=None, path="computed", conventional=False):
         In metres; `None` keeps the depth in the state (Table 3). Table 4's bound is that at the true
         depth, its estimator assumes 200 m.
     path : {"computed", "printed"}
-        As computed: a turn of 405 s, a second leg of 295 s, a heading 2 s old. As printed: a turn of
-        404 s, a second leg of 300 s cut off at 800 s, no lag.
+        As computed: a turn of 405 s and a heading 2 s old. As printed: a turn of 404 s and no lag. The
+        second leg lasts until 800 s.
     conventional : bool
         What the estimator of Section 4.2.3 assumes: no elevation, ``cos(phi) = 1``. Simulate another
         scenario, and fit this one.
     """
     if path not in ("computed", "printed"):
         raise ValueError(f"path must be 'computed' or 'printed', got {path!r}")
-    turn, last, lag = (405.0, 295.0, PERIOD / 2) if path == "computed" else (404.0, 300.0, 0.0)
-    legs = [Straight(100.0), Turn(turn, np.radians(20) / 60), Straight(last, heading=np.radians(270))]
-    platform = Course((0, 0), speed=5.0, heading=np.radians(135), legs=legs)
-    model = ConicalAngle(BOTTOM_BOUNCE, ARRAY_DEPTH, BOTTOM_DEPTH, assumed_depth, heading_lag=lag)
-    if conventional:
-        model = ConicalAngle(DIRECT, ARRAY_DEPTH, BOTTOM_DEPTH, assumed_depth=ARRAY_DEPTH, heading_lag=lag)
-    return Scenario(
-        target(), platform, [Sensor(model, _times(800), SIGMA, "bottom bounce")], reference_time=0.0
-    )
+    course = {} if path == "computed" else {"turn": 404.0, "lag": 0.0}
+    return turning_array(**course, assumed_depth=assumed_depth, conventional=conventional)
 
 
 def section_5_2(bottom_depth, assumed_depth=None, exchanged=False):

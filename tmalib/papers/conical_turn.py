@@ -14,10 +14,7 @@ import numpy as np
 from .. import claims
 from ..batch import fit
 from ..bounds import crlb, nees
-from ..cones import BOTTOM_BOUNCE, ConicalAngle
 from ..montecarlo import stream
-from ..motion import Course, Straight, Turn
-from ..scenario import Scenario, Sensor
 from . import conical_angles as conical
 from .conical_experiments import spread_claims
 
@@ -40,30 +37,9 @@ class HeldNorth:
         return np.zeros_like(np.asarray(t, dtype=float))
 
 
-def course_variant(turn, duration=800.0, lag=0.0, depth=None, north=False):
-    """The scenario of Section 4.2 with a chosen turn, duration and heading lag, in seconds.
-
-    Parameters
-    ----------
-    turn, duration : float
-        Length of the turn, and time of the last measurement. The second leg heads 270 degrees.
-    lag : float
-        Age of the heading that the measurement uses.
-    depth : float, optional
-        Target's depth that the estimator assumes, in metres; `None` keeps it in the state.
-    north : bool
-        Array that always points north: the numerator as printed.
-    """
-    legs = [
-        Straight(100.0),
-        Turn(turn, np.radians(20) / 60),
-        Straight(duration - 100.0 - turn, heading=np.radians(270)),
-    ]
-    platform = Course((0, 0), speed=5.0, heading=np.radians(135), legs=legs)
-    model = ConicalAngle(BOTTOM_BOUNCE, conical.ARRAY_DEPTH, conical.BOTTOM_DEPTH, depth, heading_lag=lag)
-    times = conical.PERIOD * np.arange(int(duration / conical.PERIOD) + 1)
-    platform = HeldNorth(platform) if north else platform
-    return Scenario(conical.target(), platform, [Sensor(model, times, conical.SIGMA)], reference_time=0.0)
+def held_north(scenario):
+    """The same scenario with an array that always points north: the numerator as printed."""
+    return scenario.with_(platform=HeldNorth(scenario.platform))
 
 
 def estimators():
