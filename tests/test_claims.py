@@ -14,11 +14,14 @@ ROWS = ("xT", "yT", "vxT", "vyT")
 
 def test_ledger_is_complete_and_readable():
     rows = claims.ledger()
-    assert len(rows) == 309
-    assert {row.kind for row in rows.values()} == {"input", "deterministic", "monte-carlo"}
+    assert {row.kind for row in rows.values()} == {"input", "deterministic", "monte-carlo", "text"}
+    words = [row for row in rows.values() if row.kind == "text"]
+    numbers = [row for row in rows.values() if row.kind != "text"]
+    assert len(numbers) == 309
+    assert all(row.printed and row.paper == "robustness" for row in words)
     assert all(row.runs for row in rows.values() if row.kind == "monte-carlo")
     assert sum(key[:2] == (PAPER, TABLE) for key in rows) == 28
-    assert all(np.isfinite(row.value) for row in rows.values())
+    assert all(np.isfinite(row.value) for row in numbers)
 
 
 @pytest.mark.parametrize(
@@ -127,6 +130,22 @@ def test_monte_carlo_verdicts():
     assert verdict("std_mle", printed + 0.004, **errors).z == 0.0
 
 
+def phrase(value, **changes):
+    key = ("BLS, circular target", "claim")
+    return claims.judge("robustness", "Text", {key: claims.Ours(value, **changes)}).of(*key)
+
+
+def test_verdicts_on_phrases():
+    assert phrase(0.4, at_least=0.1).verdict == claims.REPRODUCED
+    assert phrase(0.04, at_least=0.1).verdict == claims.NOT_REPRODUCED
+    assert phrase(0.4, at_least=0.1, at_most=0.3).verdict == claims.NOT_REPRODUCED
+    assumed = phrase(0.4, at_least=0.1, assumption="a geometry")
+    assert assumed.verdict == claims.UNSPECIFIED
+    assert assumed.note == "holds: at least 0.1 was asked; a geometry"
+    assert phrase(0.04, at_least=0.1, assumption="a geometry").note.startswith("does not hold")
+    assert claims.same_digits(0.12345, assumed.printed) == "0.123"
+
+
 def test_verdicts_travel_as_json():
     judged = claims.judge(
         PAPER, TABLE, {("xT", "std_crlb"): claims.Ours(342.38), ("yT", "std_crlb"): claims.Ours(0.0)}
@@ -148,6 +167,8 @@ def test_verdicts_travel_as_json():
         (lambda: claims.judge(PAPER, "Table XX", {("xT", "true"): claims.Ours(1.0)}), "no printed value"),
         (lambda: verdict("std_crlb", np.nan), "must be finite"),
         (lambda: verdict("std_mle", 340.0), "needs standard errors"),
+        (lambda: verdict("std_crlb", 340.0, at_least=0.0), "are for text rows"),
+        (lambda: phrase(0.4), "are for text rows"),
         (lambda: claims.sidak_limit(4, alpha=0.0), "alpha must be greater than 0"),
         (
             lambda: claims.judge(PAPER, TABLE, {("xT", "true"): claims.Ours(1.0)}).of("yT", "true"),

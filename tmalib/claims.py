@@ -5,7 +5,8 @@ table, row, column)``, the value exactly as printed, its unit and its kind. Code
 a paper stands anywhere else.
 
 *Deterministic* rows (bounds, factors) and *inputs* agree when ours differs by at most one unit of the
-last printed digit. *Monte-Carlo* rows are compared by::
+last printed digit. *Text* rows are phrases ("a good approximation"): the chapter says beforehand which
+quantity measures the phrase and between which limits it holds. *Monte-Carlo* rows are compared by::
 
     z = max(0, |ours - printed| - half a unit) / sqrt(SE_ours^2 + SE_printed^2).
 
@@ -63,7 +64,7 @@ class Printed:
 
     @property
     def value(self):
-        """The printed number."""
+        """The printed number; `ValueError` for a phrase, which has none."""
         return float(self.printed)
 
     @property
@@ -111,6 +112,8 @@ class Ours:
     assumption : str
         What had to be assumed because the paper does not say it, if anything.
     note : str
+    at_least, at_most : float, optional
+        For a text row: the limits within which the printed phrase holds.
     """
 
     value: float
@@ -120,6 +123,21 @@ class Ours:
     erratum: str = ""
     assumption: str = ""
     note: str = ""
+    at_least: float | None = None
+    at_most: float | None = None
+
+    @property
+    def criterion(self):
+        """The limits in words; empty where there are none."""
+        limits = (("at least", self.at_least), ("at most", self.at_most))
+        return " and ".join(f"{word} {limit:g}" for word, limit in limits if limit is not None)
+
+    @property
+    def within(self):
+        """Whether the value is within its limits."""
+        low = -np.inf if self.at_least is None else self.at_least
+        high = np.inf if self.at_most is None else self.at_most
+        return bool(low <= self.value <= high)
 
 
 @dataclass(frozen=True)
@@ -173,8 +191,8 @@ def judge(paper, table, ours, *, alpha=ALPHA):
     Raises
     ------
     ValueError
-        For a key that is not in the ledger, an empty dict, a value that is not finite, or a
-        Monte-Carlo row without standard errors.
+        For a key that is not in the ledger, an empty dict, a value that is not finite, a Monte-Carlo
+        row without standard errors, a text row without limits or another row with them.
     """
     rows = {key: printed(paper, table, *key) for key in ours}
     if not rows:
@@ -186,6 +204,10 @@ def judge(paper, table, ours, *, alpha=ALPHA):
 
 def _judge_row(row, ours, limit):
     check_scalar(f"our value of {row.key}", ours.value)
+    if (row.kind == "text") != bool(ours.criterion):
+        raise ValueError(
+            f"limits (at_least, at_most) are for text rows, which need one: {row.key}, got {ours}"
+        )
     z = detectable = None
     if row.kind == "monte-carlo":
         if not (ours.se > 0 and ours.se_printed > 0 and ours.spread > 0):
@@ -195,6 +217,8 @@ def _judge_row(row, ours, limit):
         detectable = float(row.last_digit / 2 + (limit + NormalDist().inv_cdf(POWER)) * spread)
         agrees = z <= limit
         resolved = ours.se <= ours.se_printed and detectable <= RESOLUTION * ours.spread
+    elif row.kind == "text":
+        agrees, resolved = ours.within, True
     else:
         # Rounding of the difference itself must not decide: a part in 1e9 of a digit is let pass.
         agrees = abs(ours.value - row.value) <= row.last_digit * (1 + 1e-9)
@@ -207,7 +231,8 @@ def _judge_row(row, ours, limit):
         verdict = INCONCLUSIVE
     else:
         verdict = CORRECTED if ours.erratum else REPRODUCED
-    note = "; ".join(part for part in (ours.note, ours.assumption) if part)
+    held = f"{'holds' if agrees else 'does not hold'}: {ours.criterion} was asked" if ours.criterion else ""
+    note = "; ".join(part for part in (held, ours.note, ours.assumption) if part)
     z = None if z is None else float(z)
     return Claim(
         *row.key,
@@ -261,7 +286,9 @@ class Verdicts:
 
 
 def same_digits(value, like):
-    """``value`` written with as many digits as the printed number ``like``."""
+    """``value`` with as many digits as the printed number ``like``; three significant ones for a phrase."""
+    if not re.fullmatch(r"[-+]?[0-9.]+(e[-+]?[0-9]+)?", like.lower()):
+        return f"{value:.3g}"
     mantissa, _, exponent = like.lower().partition("e")
     decimals = len(mantissa.partition(".")[2])
     text = f"{value:.{decimals}{'e' if exponent else 'f'}}"
