@@ -1,0 +1,240 @@
+"""First-order response of the batch estimate to a displacement of the target.
+
+Measurement k sees the position of the target at one instant. Let ``g_k`` (n components) be its gradient with
+respect to the state, ``p_k`` (two components) that with respect to the position, and ``sigma_k`` its
+standard deviation. The least-squares estimate from noise-free measurements of ``X_theta + H`` is::
+
+    theta + D(H) + o(|H|),   D(H) = F^-1 sum_k g_k <p_k, H_k> / sigma_k^2,   F = sum_k g_k g_k' / sigma_k^2
+
+(`robustness`, Proposition 2). Only the component ``v_k = <H_k, U_k>`` along the unit vector
+``U_k = p_k / |p_k|`` matters: across the line of sight, for a bearing. So ``D(H) = A v`` with the matrix
+``A`` of columns ``F^-1 g_k |p_k| / sigma_k^2``. What is wanted of the estimate, its final position for
+instance, is a linear *criterion* ``C theta``; ``C A = sum_i sqrt(mu_i) d_i f_i'`` is its singular value
+decomposition, and ``mu_i`` are the eigenvalues of the paper's operator ``K = (C A)'(C A)`` (Theorem 1, with
+``C`` the identity).
+
+For a model with a propagation delay, H_k is the displacement at the time of emission.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._checks import check_scalar
+from ..bounds import crlb, whitened_jacobian
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """The linear map from displacements to shifts of the estimate.
+
+    Attributes
+    ----------
+    direction : ndarray, shape (N, 2)
+        ``U_k``: the only direction in which measurement k feels a displacement.
+    gain : ndarray, shape (n, N)
+        ``A``: shift of the state for a displacement of one metre along ``U_k``.
+    """
+
+    direction: np.ndarray
+    gain: np.ndarray
+
+    def along(self, displacement):
+        """``v_k = <H_k, U_k>`` of displacements ``(..., N, 2)``, shape ``(..., N)``, in metres."""
+        displacement = np.asarray(displacement, dtype=float)
+        if displacement.shape[-2:] != self.direction.shape:
+            wanted = ", ".join(map(str, self.direction.shape))
+            raise ValueError(f"displacement must have shape (..., {wanted}), got {displacement.shape}")
+        return np.vecdot(displacement, self.direction)
+
+    def displacement(self, along):
+        """The shortest displacement ``(..., N, 2)`` with given ``v_k``, shape ``(..., N)``."""
+        return np.asarray(along)[..., None] * self.direction
+
+
+def check_one_state(scenario, state):
+    """The state about which to linearise: one, not a batch."""
+    state = scenario.check_state(scenario.state if state is None else state)
+    if state.ndim != 1:
+        raise ValueError(f"one state is needed here, got an array of shape {state.shape}")
+    return state
+
+
+def response(scenario, state=None):
+    """The `Response` of the batch estimate about a motion of the model.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Any measurement models whose first two components of the state are a horizontal position.
+    state : array_like, shape (n,), optional
+        ``theta``; the scenario's target by default.
+
+    Raises
+    ------
+    ValueError
+        When the state is not observable, or some measurement does not feel the target's position.
+
+    Notes
+    -----
+    Source: `robustness`, Proposition 2 (discrete) and 6 (the sum in place of the integral).
+    """
+    state = check_one_state(scenario, state)
+    jacobian = whitened_jacobian(scenario, state)
+    position = jacobian[:, :2]
+    length = np.hypot(*position.T)
+    if not np.all(length > 0):
+        raise ValueError(f"measurement {np.argmin(length)} does not depend on the target's position")
+    return Response(position / length[:, None], crlb(scenario, state) @ jacobian.T * length)
+
+
+def differential(scenario, displacement, state=None):
+    """First-order shift of the batch estimate for a displacement of the target.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    displacement : array_like, shape (..., N, 2)
+        In metres, one vector a measurement, in the scenario's order.
+    state : array_like, shape (n,), optional
+
+    Returns
+    -------
+    ndarray, shape (..., n)
+        ``D(H)``, at the reference time.
+
+    Notes
+    -----
+    Source: `robustness`, Proposition 2.
+    """
+    map_ = response(scenario, state)
+    return map_.along(displacement) @ map_.gain.T
+
+
+def displaced_measurements(scenario, displacement, state=None):
+    """Noise-free measurements of ``X_theta + H``, shape ``(..., N)``; exact, not a development."""
+    return displaced(scenario, displacement, check_one_state(scenario, state))[0]
+
+
+def displaced(scenario, displacement, state):
+    """Measurements of ``X_theta + H`` and their gradient ``p_k`` there, ``(..., N)`` and ``(..., N, 2)``."""
+    displacement = np.asarray(displacement, dtype=float)
+    count = len(scenario.times)
+    if displacement.shape[-2:] != (count, 2):
+        raise ValueError(f"displacement must have shape (..., {count}, 2), got {displacement.shape}")
+    values, gradients = [], []
+    for sensor, columns, site, lag in scenario.pieces:
+        moved = displacement[..., columns, :]
+        rest = [np.full(moved.shape[:-1], part) for part in state[2:]]
+        rows = [state[0] + moved[..., 0], state[1] + moved[..., 1], *rest]
+        value, gradient = sensor.model.kernel(rows, site, lag)
+        values.append(value)
+        gradients.append(np.moveaxis(gradient[:2], 0, -1))
+    return np.concatenate(values, axis=-1), np.concatenate(gradients, axis=-2)
+
+
+def position_at(scenario, time):
+    """The criterion "position at a time": the matrix ``C``, shape ``(2, n)``, in metres."""
+    n = len(scenario.coordinates)
+    criterion = np.zeros((2, n))
+    criterion[:, :2] = np.eye(2)
+    criterion[:, -2:] = (check_scalar("time", time) - scenario.reference_time) * np.eye(2)
+    return criterion
+
+
+def check_criterion(scenario, criterion):
+    """``C`` as a float matrix ``(m, n)``; the identity, the paper's parameter norm, for None."""
+    n = len(scenario.coordinates)
+    criterion = np.eye(n) if criterion is None else np.asarray(criterion, dtype=float)
+    if criterion.ndim != 2 or criterion.shape[1] != n or not np.all(np.isfinite(criterion)):
+        raise ValueError(f"criterion must be a finite matrix of shape (m, {n}), got {criterion.shape}")
+    return criterion
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Singular structure of the response; the strongest mode first.
+
+    Attributes
+    ----------
+    mu : ndarray, shape (m,)
+        Eigenvalues of K; ``sqrt(mu_i)`` is the shift for a displacement of unit Euclidean norm.
+    f : ndarray, shape (m, N)
+        Orthonormal displacements along ``U_k``.
+    d : ndarray, shape (m, m)
+        Rows: the shifts ``D_i = C A f_i``; orthogonal, of length ``sqrt(mu_i)``.
+    """
+
+    mu: np.ndarray
+    f: np.ndarray
+    d: np.ndarray
+
+
+def modes(scenario, state=None, criterion=None):
+    """The displacements to which a criterion of the batch estimate responds, and how much.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    state : array_like, shape (n,), optional
+    criterion : array_like, shape (m, n), optional
+        ``C``, for instance `position_at`. The default is the identity: the norm of the parameter as in the
+        paper, which adds metres to metres per second.
+
+    Returns
+    -------
+    Modes
+
+    Notes
+    -----
+    Source: `robustness`, Proposition 3 and Theorem 1. The displayed ``|D_i| = mu_i`` should read
+    ``sqrt(mu_i)``.
+    """
+    gain = check_criterion(scenario, criterion) @ response(scenario, state).gain
+    left, singular, right = np.linalg.svd(gain, full_matrices=False)
+    return Modes(singular**2, right, (left * singular).T)
+
+
+def sandwich_covariance(scenario, measured, state, step=1e-4):
+    """Covariance of the batch estimate when the model may be wrong.
+
+    With ``J`` half the Hessian of the criterion, second derivatives of the model included, and the Fisher
+    information ``F``::
+
+        cov = J^-1 F J^-1,   J = F - sum_k (measured_k - m_k) m_k'' / sigma_k^2,
+
+    which is ``F^-1``, the Cramér-Rao bound, when the residuals vanish.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    measured : array_like, shape (N,)
+        Noise-free measurements of the trajectory, on the model or off it.
+    state : array_like, shape (n,)
+        The estimate from them, ``theta_bar(X)``.
+    step : float
+        Step of the central differences of the gradient, in standard deviations of the state.
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+
+    Notes
+    -----
+    Source: `robustness`, Propositions 4 and 9 and Theorem 3, as corrected. The error of the differences is of
+    relative order ``step^2``.
+    """
+    measured, state = scenario.check_measurements(measured), check_one_state(scenario, state)
+    bound = crlb(scenario, state)
+    step = check_scalar("step", step, above=0.0) * np.sqrt(np.diagonal(bound))
+    around = state + np.concatenate([np.diag(step), -np.diag(step)])
+    value, gradient = scenario.linearise(around)
+    weighted = scenario.residual(measured, value) / scenario.sigma**2
+    slope = np.einsum("sk,skn->sn", weighted, gradient)  # minus half the gradient of the criterion
+    n = len(state)
+    hessian = -(slope[:n] - slope[n:]) / (2 * step[:, None])
+    hessian = (hessian + hessian.T) / 2
+    root = np.linalg.solve(hessian, whitened_jacobian(scenario, state).T)
+    return root @ root.T
