@@ -1,8 +1,9 @@
 """`robustness`: the scenario of Section IV, with the geometry that the paper leaves open.
 
-The paper gives speeds, accelerations, the observation time, the noise and the size of the worst perturbation. It
-gives neither positions nor the platform's path. What is assumed here meets all that it does give: a platform
-that weaves with a period of 7 s, and a target that comes from the north. `random_geometry` draws others.
+The paper gives speeds, accelerations, the observation time, the noise and the size of the worst
+perturbation. It gives neither positions nor the platform's path. What is assumed here meets all that it does
+give: a platform that weaves with a period of 7 s, and a target that comes from the north. `random_geometry`
+draws others.
 """
 
 from __future__ import annotations
@@ -134,8 +135,8 @@ def periodic(geometry, period=PERIODIC_PERIOD, amplitude=PERIODIC_AMPLITUDE):
 def random_geometry(rng):
     """A geometry with all that the paper prints, the rest at random.
 
-    Platform: any heading, a weave of 4 to 12 s. Target: 3 to 15 km away in any direction, any heading, a turn to
-    either side. Drawn again while the two come nearer than 1 km to each other.
+    Platform: any heading, a weave of 4 to 12 s. Target: 3 to 15 km away in any direction, any heading, a
+    turn to either side. Drawn again while the two come nearer than 1 km to each other.
     """
     rng = np.random.default_rng(rng)
     while True:

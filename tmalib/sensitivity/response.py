@@ -137,11 +137,12 @@ def displaced(scenario, displacement, state):
 
 def position_at(scenario, time):
     """The criterion "position at a time": the matrix ``C``, shape ``(2, n)``, in metres."""
-    n = len(scenario.coordinates)
-    criterion = np.zeros((2, n))
-    criterion[:, :2] = np.eye(2)
-    criterion[:, -2:] = (check_scalar("time", time) - scenario.reference_time) * np.eye(2)
-    return criterion
+    elapsed = check_scalar("time", time) - scenario.reference_time
+    known = {"x": (1.0, 0.0), "y": (0.0, 1.0), "z": (0.0, 0.0), "vx": (elapsed, 0.0), "vy": (0.0, elapsed)}
+    unknown = set(scenario.coordinates) - known.keys()
+    if unknown:
+        raise ValueError(f"the criterion of a state with {sorted(unknown)} has to be given as a matrix")
+    return np.array([known[name] for name in scenario.coordinates]).T
 
 
 def check_criterion(scenario, criterion):

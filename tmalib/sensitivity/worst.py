@@ -1,17 +1,17 @@
 """Displacements of a given size that displace the batch estimate most, to first order.
 
-``C A v`` is the shift of the criterion for displacements ``v_k`` along ``U_k`` (see `response`). Which v is the
-worst depends on how its size is measured, and four answers are here:
+``C A v`` is the shift of the criterion for displacements ``v_k`` along ``U_k`` (see `response`). Which v is
+the worst depends on how its size is measured, and four answers are here:
 
-- *energy*: ``sum v_k^2`` is bounded. The worst is the strongest mode; it is smooth. The paper's figures show it,
-  scaled to a given largest value;
+- *energy*: ``sum v_k^2`` is bounded. The worst is the strongest mode; it is smooth. The paper's figures show
+  it, scaled to a given largest value;
 - *sup norm*: ``|H_k| <= b`` at every measurement. Then ``max |C A v|`` over a box is reached at a corner,
-  ``v_k = ±b``: the target jumps. For a direction w of the criterion the best signs are those of ``w' C A``; the
-  largest over w is a vertex of a zonotope;
-- *sup norm and acceleration*: ``|H_k| <= b`` and ``|H''| <= a``: what a target can fly. A linear programme for
-  every direction w, with the discs cut to regular polygons inside them;
-- *stealth*: ``|H_k| <= b``, and the displaced target gives exactly the measurements of another motion of the
-  model. No residual is left: no estimator and no test can tell.
+  ``v_k = ±b``: the target jumps. For a direction w of the criterion the best signs are those of ``w' C A``;
+  the largest over w is a vertex of a zonotope;
+- *sup norm and acceleration*: ``|H_k| <= b`` and ``|H''| <= a``: what a target can fly. A linear programme
+  for every direction w, with the discs cut to regular polygons inside them;
+- *stealth*: ``|H_k| <= b``, and the displaced target gives exactly the measurements of another motion of
+  the model. No residual is left: no estimator and no test can tell.
 
 Every displacement is returned for each measurement, shape ``(N, 2)``, in metres. Its negative is as bad to
 first order; which of the two is worse in truth a fit has to say. The sign is chosen so that the largest
