@@ -1,6 +1,7 @@
 """The ledger and its test: its false-alarm rate, its power, and what it refuses."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ ROWS = ("xT", "yT", "vxT", "vyT")
 
 def test_ledger_is_complete_and_readable():
     rows = claims.ledger()
-    assert {row.kind for row in rows.values()} == {"input", "deterministic", "monte-carlo", "text"}
+    assert {row.kind for row in rows.values()} == {"input", "deterministic", "count", "monte-carlo", "text"}
     words = [row for row in rows.values() if row.kind == "text"]
     numbers = [row for row in rows.values() if row.kind != "text"]
     assert len(numbers) == 309
@@ -114,6 +115,26 @@ def test_deterministic_verdicts():
     assert verdict("std_crlb", printed, assumption="guessed").verdict == claims.UNSPECIFIED
     claim = verdict("std_crlb", printed)
     assert (claim.z, claim.detectable, claim.se) == (None, None, 0.0)
+
+
+def test_a_count_must_be_the_same_integer():
+    key = ("number of measurement couples", "value")
+    printed = claims.printed("conical-angles", "Section 5.2", *key).value
+    for ours, expected in (
+        (printed, claims.REPRODUCED),
+        (printed + 1, claims.NOT_REPRODUCED),
+        (printed - 1, claims.NOT_REPRODUCED),
+    ):
+        judged = claims.judge("conical-angles", "Section 5.2", {key: claims.Ours(ours)})
+        assert judged.of(*key).verdict == expected
+
+
+def test_simulated_values_are_judged_like_printed_ones():
+    row = claims.printed(PAPER, TABLE, "xT", "std_crlb")
+    simulated = replace(row, printed="350.00")
+    (claim,) = claims.judge_rows([(simulated, claims.Ours(350.004))])
+    assert (claim.printed, claim.verdict) == ("350.00", claims.REPRODUCED)
+    assert claims.judge_rows([(row, claims.Ours(350.004))]).count(claims.NOT_REPRODUCED) == 1
 
 
 def test_monte_carlo_verdicts():

@@ -5,7 +5,7 @@ table, row, column)``, the value exactly as printed, its unit and its kind. Code
 a paper stands anywhere else.
 
 *Deterministic* rows (bounds, factors) and *inputs* agree when ours differs by at most one unit of the
-last printed digit. *Text* rows are phrases ("a good approximation"): the chapter says beforehand which
+last printed digit; a *count* must be the same integer. *Text* rows are phrases ("a good approximation"): the chapter says beforehand which
 quantity measures the phrase and between which limits it holds. *Monte-Carlo* rows are compared by::
 
     z = max(0, |ours - printed| - half a unit) / sqrt(SE_ours^2 + SE_printed^2).
@@ -194,12 +194,17 @@ def judge(paper, table, ours, *, alpha=ALPHA):
         For a key that is not in the ledger, an empty dict, a value that is not finite, a Monte-Carlo
         row without standard errors, a text row without limits or another row with them.
     """
-    rows = {key: printed(paper, table, *key) for key in ours}
+    return judge_rows([(printed(paper, table, *key), value) for key, value in ours.items()], alpha=alpha)
+
+
+def judge_rows(rows, *, alpha=ALPHA):
+    """Judge pairs of `Printed` and `Ours`, one table, like `judge`; the printed values may be simulated."""
+    rows = list(rows)
     if not rows:
         raise ValueError("nothing to judge: ours is empty")
-    family = sum(row.kind == "monte-carlo" for row in rows.values())
+    family = sum(row.kind == "monte-carlo" for row, _ in rows)
     limit = sidak_limit(family, alpha) if family else None
-    return Verdicts(tuple(_judge_row(row, ours[key], limit) for key, row in rows.items()), limit)
+    return Verdicts(tuple(_judge_row(row, ours, limit) for row, ours in rows), limit)
 
 
 def _judge_row(row, ours, limit):
@@ -219,6 +224,8 @@ def _judge_row(row, ours, limit):
         resolved = ours.se <= ours.se_printed and detectable <= RESOLUTION * ours.spread
     elif row.kind == "text":
         agrees, resolved = ours.within, True
+    elif row.kind == "count":
+        agrees, resolved = ours.value == row.value, True
     else:
         # Rounding of the difference itself must not decide: a part in 1e9 of a digit is let pass.
         agrees = abs(ours.value - row.value) <= row.last_digit * (1 + 1e-9)
