@@ -3,7 +3,8 @@
 Usage: collect_claims.py EXECUTED CLAIMS_JSON
 
 A claim travels in the output of the notebook that computed it, so page and ledger cannot disagree. Refused:
-a claim that is not a row of the published values, one judged twice, one with an unknown verdict.
+a claim that is not a row of the published values, one judged twice, one with an unknown verdict, and a
+published value that nothing judges.
 """
 
 import csv
@@ -18,6 +19,7 @@ MIMETYPE = "application/vnd.tmalib.claims+json"
 LEDGER = Path(__file__).parent.parent / "tmalib" / "data" / "published.csv"
 KEY = ("paper", "table", "row", "column")
 VERDICTS = {"reproduced", "reproduced after correction", "not reproduced", "inconclusive", "unspecified"}
+IN_PROGRESS = {"robustness"}  # papers some of whose rows may still be without a verdict; empty in the end
 
 
 def key(row: dict) -> tuple[str, ...]:
@@ -37,10 +39,11 @@ def claims_of(path: Path, executed: Path) -> list[dict]:
     return [{**claim, "notebook": name} for payload in payloads for claim in payload]
 
 
-def problems(claims: list[dict], published: dict) -> list[str]:
-    """What is wrong with the claims, a line each."""
+def problems(claims: list[dict], published: dict, in_progress: set = IN_PROGRESS) -> list[str]:
+    """What is wrong with the claims, a line each: every published value has exactly one verdict."""
     counts = Counter(map(key, claims))
-    found = [f"judged {n} times: {' | '.join(k)}" for k, n in counts.items() if n > 1]
+    found = [f"unjudged: {' | '.join(k)}" for k in published if not counts[k] and k[0] not in in_progress]
+    found += [f"judged {n} times: {' | '.join(k)}" for k, n in counts.items() if n > 1]
     for claim in claims:
         where = f"{' | '.join(key(claim))} ({claim['notebook']})"
         if key(claim) not in published:
@@ -52,15 +55,25 @@ def problems(claims: list[dict], published: dict) -> list[str]:
     return found
 
 
-def main(executed: Path, target: Path) -> None:
+def published_values() -> dict:
+    """The rows of the ledger by key."""
     with LEDGER.open(newline="", encoding="utf-8") as file:
-        published = {key(row): row for row in csv.DictReader(file)}
+        return {key(row): row for row in csv.DictReader(file)}
+
+
+def collect(executed: Path, published: dict) -> list[dict]:
+    """All claims of the executed notebooks, in the order of the ledger; those not in it come last."""
     claims = [c for path in sorted(executed.rglob("*.ipynb")) for c in claims_of(path, executed)]
+    order = {k: position for position, k in enumerate(published)}
+    return sorted(claims, key=lambda claim: order.get(key(claim), len(order)))
+
+
+def main(executed: Path, target: Path) -> None:
+    published = published_values()
+    claims = collect(executed, published)
     if found := problems(claims, published):
         sys.exit("\n".join(found))
 
-    order = {k: position for position, k in enumerate(published)}
-    claims.sort(key=lambda claim: order[key(claim)])
     temporary = target.with_suffix(".tmp")
     text = json.dumps(claims, indent=1, ensure_ascii=False, allow_nan=False)
     temporary.write_text(text + "\n", encoding="utf-8")
