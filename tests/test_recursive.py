@@ -157,6 +157,168 @@ def test_a_diverged_run_is_flagged_and_stays(scenario):
     assert track.state.shape == (3, 1, 4)
 
 
+# -- modified polar coordinates ---------------------------------------------------------------------
+
+
+def polar_move(y, step, before, after):
+    """Modified polar coordinates a time ``step`` later, about another origin, in the chart's own terms.
+
+    The direction to the target from the new origin is that of u + step (a u + b u') - rho m.
+    """
+    theta, rho, a, b = y
+    u, across = np.array([np.sin(theta), np.cos(theta)]), np.array([np.cos(theta), -np.sin(theta)])
+    velocity = a * u + b * across  # over range, as are all lengths here
+    d = u + step * velocity - rho * (after - before)
+    length2 = d @ d
+    radial, transverse = velocity @ d, velocity[0] * d[1] - velocity[1] * d[0]
+    return np.array([np.arctan2(*d), rho / np.sqrt(length2), radial / length2, transverse / length2])
+
+
+def polar_filter(scenario, angles, mean, covariance, time):
+    """The textbook filter, one run: state in modified polar coordinates, Jacobian by finite differences."""
+    place = scenario.platform.position
+    chart = tma.ModifiedPolar(place(time))
+    y = chart.from_state(mean)
+    back = np.linalg.inv(chart.jacobian(y))
+    p, now = back @ covariance @ back.T, time
+    for k in np.flatnonzero(scenario.times > time):
+        then = scenario.times[k]
+        f = np.empty((4, 4))
+        for i, h in enumerate(np.array([1e-5, 1e-5 * y[1], 1e-8, 1e-8])):
+            e = h * np.eye(4)[i]
+            ends = [polar_move(y + s * e, then - now, place(now), place(then)) for s in (1, -1)]
+            f[:, i] = (ends[0] - ends[1]) / (2 * h)
+        y, p, now = polar_move(y, then - now, place(now), place(then)), f @ p @ f.T, then
+        gain = p[:, 0] / (p[0, 0] + scenario.sigma[k] ** 2)  # the bearing is the first coordinate
+        y = y + gain * tma.wrap(angles[k] - y[0])
+        p = p - np.outer(gain, p[0])
+    chart = tma.ModifiedPolar(place(now))
+    return chart.to_state(y), chart.jacobian(y) @ p @ chart.jacobian(y).T
+
+
+@pytest.fixture
+def bearings(scenario):
+    """The shared scenario with its instantaneous bearings alone."""
+    return scenario.with_(sensors=scenario.sensors[:1])
+
+
+def test_modified_polar_equals_the_textbook_filter(bearings):
+    """Finite differences of second order leave 1e-9 of the Jacobian a step."""
+    angles = bearings.simulate(3, seed=8)
+    prior = tma.prior_along_first_bearing(bearings, angles, 5e3, 2e3, 10.0)
+    track = tma.ekf(bearings, angles, prior, chart=tma.ModifiedPolar)
+    cartesian = tma.ekf(bearings, angles, prior)
+    for run in range(3):
+        mean, covariance = polar_filter(
+            bearings, angles[run], prior.mean[run], prior.covariance[run], prior.time
+        )
+        scale = np.sqrt(np.diag(covariance))
+        np.testing.assert_allclose(track.state[run, -1] / scale, mean / scale, atol=1e-4)
+        off = (track.covariance[run, -1] - covariance) / np.outer(scale, scale)
+        assert np.abs(off).max() < 1e-4
+        assert np.abs((cartesian.state[run, -1] - mean) / scale).max() > 0.1, "another filter"
+
+
+def test_inverse_jacobian_of_the_chart():
+    rng = np.random.default_rng(5)
+    chart = tma.ModifiedPolar((100.0, -200.0))
+    states = rng.normal(size=(50, 4)) * [1e4, 1e4, 10, 10]
+    points = chart.from_state(states)
+    product = chart.inverse_jacobian(points) @ chart.jacobian(points)
+    scale = 1 / np.abs(points).max(axis=0)  # a coordinate in units of its size
+    np.testing.assert_allclose(
+        product * scale[:, None] / scale, np.broadcast_to(np.eye(4), (50, 4, 4)), atol=1e-10
+    )
+    assert np.isnan(chart.inverse_jacobian(np.array([0.1, -1e-4, 0.0, 0.0]))).any()
+
+
+def test_modified_polar_reaches_the_batch_estimate(bearings):
+    """Sharp bearings and a prior 30 times as wide as the bound: the maximum of the likelihood.
+
+    The prior is off by 30 standard deviations times a Gaussian number, below 4 here, and has 1 / 900 of
+    the weight: it pulls by less than 4 / 30. The rest is second order in sigma.
+    """
+    sharp = bearings.with_(sensors=[tma.Sensor(tma.Bearing(), bearings.times, 1e-5)])
+    angles, bound = sharp.simulate(20, seed=8), tma.crlb(sharp)
+    wrong = np.random.default_rng(2).standard_normal((20, 4)).clip(-4, 4)
+    start = tma.propagate(sharp.state + 30 * wrong @ np.linalg.cholesky(bound).T, -601.0)
+    back = tma.transition(-601.0)
+    prior = tma.Prior(start, 900 * back @ bound @ back.T, -1.0)
+    track = tma.ekf(sharp, angles, prior, chart=tma.ModifiedPolar)
+    difference = track.state[:, -1] - tma.fit(sharp, angles, sharp.state).state
+    assert np.sqrt(tma.nees(difference, 0.0, bound)).max() < 2 * 4 / 30, "over four coordinates"
+    scale = np.sqrt(np.diag(bound))
+    off = (track.covariance[:, -1] - bound) / np.outer(scale, scale)
+    assert np.abs(off).max() < 0.01
+
+
+def test_modified_polar_is_cartesian_for_small_steps(bearings):
+    """With a prior s times as wide the two part by s^2: to first order the change of chart is linear."""
+    truth = bearings.with_(reference_time=0.0).state
+    spread = np.array([500.0, 500.0, 1.0, 1.0])
+    apart = []
+    for scale in (1e-2, 1e-3):
+        start = truth + scale * spread
+        prior = tma.Prior(start, np.diag((scale * spread) ** 2), 0.0)
+        tracks = [tma.ekf(bearings, bearings.measure(), prior, chart=c) for c in (None, tma.ModifiedPolar)]
+        apart.append(np.abs((tracks[0].state[-1] - tracks[1].state[-1]) / spread).max())
+    assert apart[0] < 1e-4
+    assert apart[1] < apart[0] / 50
+
+
+def test_cartesian_chart_is_no_chart(scenario):
+    """Both kinds of bearings, two at a time."""
+    angles = scenario.simulate(3, seed=8)
+    prior = tma.Prior(scenario.with_(reference_time=0.0).state, np.diag([1e6, 1e6, 4.0, 4.0]), 0.0)
+
+    class Plain(tma.Cartesian):
+        def __init__(self, origin):
+            pass
+
+        inverse_jacobian = tma.Cartesian.jacobian
+
+    with_, without = (tma.ekf(scenario, angles, prior, chart=chart) for chart in (Plain, None))
+    np.testing.assert_allclose(with_.state, without.state, rtol=1e-9)
+    np.testing.assert_allclose(with_.covariance, without.covariance, rtol=1e-6, atol=1e-6)
+    both = tma.ekf(scenario, angles, prior, chart=tma.ModifiedPolar)
+    assert tma.nees(both.state[:, -1], scenario.state, both.covariance[:, -1]).max() < 30
+
+
+def test_a_run_without_range_is_reported_and_stays_alone(bearings):
+    """Inverse range can leave the chart: a start near the platform with a wide spread."""
+    angles = bearings.simulate(40, seed=8)
+    prior = tma.prior_along_first_bearing(bearings, angles, 600.0, 600.0, 30.0)
+    record = bearings.times[1:]
+    whole = tma.ekf(bearings, angles, prior, record=record, chart=tma.ModifiedPolar)
+    lost = ~whole.finite
+    assert 0 < lost.sum() < 40
+    for run in (np.flatnonzero(lost)[0], np.flatnonzero(~lost)[0]):
+        own = tma.Prior(prior.mean[run], prior.covariance[run], prior.time)
+        alone = tma.ekf(bearings, angles[run], own, record=record, chart=tma.ModifiedPolar)
+        np.testing.assert_allclose(alone.state, whole.state[run], rtol=1e-6)
+    for run in np.flatnonzero(lost):
+        bad = np.isnan(whole.state[run]).any(axis=-1)
+        assert bad[np.argmax(bad) :].all(), "NaN from there on"
+
+
+def test_prior_along_first_bearing(scenario):
+    angles = scenario.simulate(3, seed=8)
+    prior = tma.prior_along_first_bearing(scenario, angles, 5e3, 2e3, 10.0)
+    chart = tma.ModifiedPolar(scenario.platform.position(0.0))
+    points = chart.from_state(prior.mean)
+    back = chart.inverse_jacobian(points)
+    polar = back @ prior.covariance @ back.mT
+    wanted = np.array([scenario.sigma[0], 2e3 / 5e3**2, 10 / 5e3, 10 / 5e3])
+    np.testing.assert_allclose(points, [[theta, 1 / 5e3, 0, 0] for theta in angles[:, 0]], atol=1e-15)
+    np.testing.assert_allclose(
+        polar / np.outer(wanted, wanted), np.broadcast_to(np.eye(4), (3, 4, 4)), atol=1e-9
+    )
+    assert prior.time == 0.0
+    for bad in ((0.0, 1.0, 1.0), (1.0, 0.0, 1.0), (1.0, 1.0, -1.0)):
+        with pytest.raises(ValueError, match="must be greater than 0"):
+            tma.prior_along_first_bearing(scenario, angles, *bad)
+
+
 def test_filter_of_the_tables_differs_only_at_radar_only_instants():
     scenario = emw.scenario(1)
     value, gradient = scenario.linearise(scenario.state)

@@ -33,7 +33,8 @@ from .cones import BOTTOM_BOUNCE, DIRECT, SURFACE_BOUNCE, ConicalAngle, RayPath,
 from .ghosts import admissible, find_ghosts
 from .montecarlo import Statistics, monte_carlo, statistics, stream
 from .motion import Course, SampledCourse, Straight, Target, Turn, propagate, transition
-from .recursive import Prior, Track, ekf
+from .particles import Cloud, ParticleTrack, cloud_along_first_bearing, sir
+from .recursive import Prior, Track, ekf, prior_along_first_bearing
 from .scenario import Scenario, Sensor
 
 __version__ = "0.1.0"
@@ -44,12 +45,14 @@ __all__ = [
     "SURFACE_BOUNCE",
     "Bearing",
     "Cartesian",
+    "Cloud",
     "ConicalAngle",
     "Course",
     "DelayedBearing",
     "Ellipse",
     "Fit",
     "ModifiedPolar",
+    "ParticleTrack",
     "Prior",
     "RayPath",
     "SampledCourse",
@@ -63,6 +66,7 @@ __all__ = [
     "admissible",
     "along_first_bearing",
     "bearing",
+    "cloud_along_first_bearing",
     "confidence_ellipse",
     "crlb",
     "crlb_sigma",
@@ -76,8 +80,10 @@ __all__ = [
     "monte_carlo",
     "nees",
     "nees_limits",
+    "prior_along_first_bearing",
     "propagate",
     "propagation_delay",
+    "sir",
     "statistics",
     "stream",
     "transition",

@@ -96,3 +96,18 @@ class ModifiedPolar:
         slope[..., 2, 2], slope[..., 3, 2] = r * sin, r * cos
         slope[..., 2, 3], slope[..., 3, 3] = r * cos, -r * sin
         return slope
+
+    def inverse_jacobian(self, point):
+        """Derivative of ``(theta, rho, a, b)`` with respect to the state, shape ``(..., 4, 4)``."""
+        theta, rho, radial, transverse = np.moveaxis(np.asarray(point, dtype=float), -1, 0)
+        sin, cos = np.sin(theta), np.cos(theta)
+        rho = np.where(rho > 0, rho, np.nan)
+        slope = np.zeros((*theta.shape, 4, 4))
+        slope[..., 0, 0], slope[..., 0, 1] = rho * cos, -rho * sin
+        slope[..., 1, 0], slope[..., 1, 1] = -rho * rho * sin, -rho * rho * cos
+        slope[..., 2, 0] = rho * (transverse * cos - radial * sin)
+        slope[..., 2, 1] = slope[..., 3, 0] = -rho * (radial * cos + transverse * sin)
+        slope[..., 3, 1] = rho * (radial * sin - transverse * cos)
+        slope[..., 2, 2], slope[..., 2, 3] = rho * sin, rho * cos
+        slope[..., 3, 2], slope[..., 3, 3] = rho * cos, -rho * sin
+        return slope

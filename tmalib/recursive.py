@@ -9,6 +9,19 @@ The target has no process noise, so its state at the reference time does not cha
 which equals the Joseph form in exact arithmetic. Measurements taken at the same time are linearised
 at the same predicted state, as a joint update is: the second one's innovation is reduced by
 ``h_2' (X_1 - X_0)``, the change that the first one made.
+
+*Modified polar coordinates.* The filter of Aidala and Hammel (1983) carries ``Y = psi_k(Phi_k X)``, the
+target's state at the time of a measurement in modified polar coordinates about the platform. Its
+transition is nonlinear, ``Y_k = psi_k(Phi psi_{k-1}^{-1}(Y_{k-1}))``, and without process noise its Jacobian
+is ``D_k Phi D_{k-1}^{-1}`` with ``D = d psi / d X``, all taken at one state. In Cartesian coordinates these
+factors cancel: between measurements the filter changes neither ``X(t_ref)`` nor ``P``. What is left of
+the change of coordinates is the update. The step is straight in ``Y``, and the covariance follows it::
+
+    Y^+ = psi(X^-) + D^- K nu,    X^+ = psi^{-1}(Y^+),
+    P^+ = T (P - K (P h)') T',    T = (D^+)^{-1} D^-,
+
+where gain, innovation and gradient are those of the Cartesian filter. Any chart of `tmalib.charts` can take
+the place of ``psi``; the Cartesian one has ``T = I``.
 """
 
 from __future__ import annotations
@@ -18,6 +31,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ._checks import check_scalar
+from .batch import along_first_bearing
 from .motion import propagate, transition
 
 
@@ -44,7 +58,7 @@ class Track:
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """What is known of the state before filtering: mean ``(..., n)``, covariance ``(n, n)``, at ``time``.
+    """What is known of the state before filtering: mean ``(..., n)``, covariance ``(..., n, n)``, ``time``.
 
     The prior holds all that was measured up to and at its time: `ekf` uses later measurements only.
     """
@@ -54,7 +68,40 @@ class Prior:
     time: float
 
 
-def ekf(scenario, angles, prior, record=None):
+def prior_along_first_bearing(scenario, angles, range, range_sigma, velocity_sigma):
+    """`Prior` of each run: at rest on the first bearing, at ``range``, more or less.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    angles : array_like, shape (..., N)
+    range, range_sigma : float
+        Mean and standard deviation of the range at the first measurement, in metres.
+    velocity_sigma : float
+        Standard deviation of each component of the velocity, whose mean is zero, in m/s.
+
+    Returns
+    -------
+    Prior
+        At the time of the first measurement, which it uses up. Across the bearing the standard deviation
+        is ``range`` times the bearing's. In modified polar coordinates about the platform this is a
+        diagonal covariance: ``sigma``, ``range_sigma / range^2`` and twice ``velocity_sigma / range``.
+    """
+    mean = along_first_bearing(scenario, angles, range)
+    range_sigma = check_scalar("range_sigma", range_sigma, above=0.0)
+    velocity_sigma = check_scalar("velocity_sigma", velocity_sigma, above=0.0)
+    first = int(np.argmin(scenario.times))
+    theta = np.asarray(angles, dtype=float)[..., first]
+    axes = np.stack([np.sin(theta), np.cos(theta), np.cos(theta), -np.sin(theta)], axis=-1)
+    axes = axes.reshape(*theta.shape, 2, 2)  # rows: along and across the bearing
+    spread = np.array([range_sigma, range * scenario.sigma[first]])
+    covariance = np.zeros((*theta.shape, 4, 4))
+    covariance[..., :2, :2] = axes.mT @ (spread[:, None] ** 2 * axes)
+    covariance[..., 2, 2] = covariance[..., 3, 3] = velocity_sigma**2
+    return Prior(mean, covariance, float(scenario.times[first]))
+
+
+def ekf(scenario, angles, prior, record=None, chart=None):
     """Extended Kalman filter for a target in constant velocity motion.
 
     Parameters
@@ -67,30 +114,39 @@ def ekf(scenario, angles, prior, record=None):
     record : array_like, shape (T,), optional
         Times at which to keep the estimate; measurements at a recorded time are used first. The
         default is the reference time alone.
+    chart : callable, optional
+        ``chart(platform position)`` makes the coordinates in which an update is a straight step; with
+        `ModifiedPolar` this is the filter in modified polar coordinates. The default is Cartesian.
 
     Returns
     -------
     Track
+        A run whose inverse range becomes zero or negative has no state: it is NaN from there on, and
+        ``finite`` says so.
 
     Raises
     ------
     ValueError
-        For wrong shapes, or a covariance that is not symmetric and positive definite.
+        For wrong shapes, a covariance that is not symmetric and positive definite, or a chart and a state
+        other than ``(x, y, vx, vy)``.
 
     Notes
     -----
-    Source: `emw-acoustic`, Section IV.B.
+    Sources: `emw-acoustic`, Section IV.B; in modified polar coordinates `robustness`, Section IV, and
+    Aidala and Hammel (1983). Their rates are of the relative motion, those of `ModifiedPolar` the target's.
     """
     angles = scenario.check_measurements(angles)
+    if chart is not None and scenario.coordinates != ("x", "y", "vx", "vy"):
+        raise ValueError(f"a chart needs the state (x, y, vx, vy), got {scenario.coordinates}")
     record = np.atleast_1d(np.asarray(scenario.reference_time if record is None else record, dtype=float))
     if np.any(np.diff(record) <= 0) or not np.all(np.isfinite(record)):
         raise ValueError(f"record must be finite and strictly increasing, got {record}")
     mean, covariance = _prior_at_reference(scenario, prior)
-    shape, n = np.broadcast_shapes(angles.shape[:-1], mean.shape[:-1]), mean.shape[-1]
+    shape, n = np.broadcast_shapes(angles.shape[:-1], mean.shape[:-1], covariance.shape[:-2]), mean.shape[-1]
     x = np.broadcast_to(mean, (*shape, n)).reshape(-1, n).T.copy()  # (n, runs): a component is contiguous
     runs = x.shape[1]
     measured = np.ascontiguousarray(np.broadcast_to(angles, (*shape, angles.shape[-1])).reshape(runs, -1).T)
-    p = np.repeat(covariance[:, :, None], runs, axis=2)
+    p = np.broadcast_to(covariance, (*shape, n, n)).reshape(runs, n, n).transpose(1, 2, 0).copy()
 
     kept_x, kept_p = np.empty((len(record), n, runs)), np.empty((len(record), n, n, runs))
     taken = 0
@@ -99,7 +155,11 @@ def ekf(scenario, angles, prior, record=None):
             while taken < len(record) and record[taken] < time:
                 kept_x[taken], kept_p[taken] = x, p
                 taken += 1
-            x, p = _update(x, p, [(*where, measured[column]) for column, *where in group])
+            moved, p = _update(x, p, [(*where, measured[column]) for column, *where in group])
+            if chart is not None:
+                here = chart(scenario.platform.position(time))
+                moved, p = _straight_in(here, x, moved, p, time - scenario.reference_time)
+            x = moved
     kept_x[taken:], kept_p[taken:] = x, p
 
     elapsed = record - scenario.reference_time
@@ -114,11 +174,11 @@ def _prior_at_reference(scenario, prior):
     mean = scenario.check_state(prior.mean)
     n = mean.shape[-1]
     covariance = np.asarray(prior.covariance, dtype=float)
-    if covariance.shape != (n, n) or not np.allclose(covariance, covariance.T):
+    if covariance.shape[-2:] != (n, n) or not np.allclose(covariance, covariance.mT, equal_nan=True):
         raise ValueError(
-            f"prior covariance must be a symmetric ({n}, {n}) matrix, got shape {covariance.shape}"
+            f"prior covariance must be symmetric, of shape (..., {n}, {n}), got shape {covariance.shape}"
         )
-    if not np.all(np.linalg.eigvalsh(covariance) > 0):
+    if np.any(np.linalg.eigvalsh(covariance) <= 0):
         raise ValueError("prior covariance must be positive definite")
     elapsed = scenario.reference_time - check_scalar("prior time", prior.time)
     phi = transition(elapsed, n)
@@ -148,3 +208,14 @@ def _update(x, p, group):
         x = x + gain * innovation
         p = p - gain[:, None] * ph
     return x, p
+
+
+def _straight_in(chart, x, moved, p, lag):
+    """The step from ``x`` to ``moved`` made straight in the chart's coordinates; the covariance follows."""
+    phi, back = transition(lag), transition(-lag)
+    point = chart.from_state(propagate(x.T, lag))
+    before = chart.inverse_jacobian(point)
+    point = point + np.vecdot(before @ phi, (moved - x).T[:, None, :])
+    turn = back @ chart.jacobian(point) @ before @ phi
+    p = turn @ np.moveaxis(p, -1, 0) @ turn.mT
+    return propagate(chart.to_state(point), -lag).T, np.moveaxis(p, 0, -1)

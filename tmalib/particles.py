@@ -1,0 +1,292 @@
+"""Particle filter with sampling, importance weights and resampling (SIR).
+
+The target's velocity is disturbed at random (`robustness`, equation (4), corrected)::
+
+    A_k = F A_{k-1} + beta G V_k,    F = [[I, dT I], [0, I]],    G = [dT^2/2 I; dT I],
+    Y_k = Psi(A_k) + sigma eps_k,
+
+with the 2x2 identity ``I``, ``dT`` the time since the last measurement, and ``V_k`` standard Gaussian *in
+the plane*: ``beta V_k`` is an acceleration, in m/s^2, held from one measurement to the next.
+
+A cloud of N particles stands for what is known of ``A_k``. In each step every particle moves by the first
+equation with an acceleration of its own, gets the weight ``w = p(Y_k | A_k)``, and is copied
+``N w / sum w`` times, rounded up or down (*systematic resampling*). The weights are kept as logarithms
+less their largest, so that they cannot all underflow.
+
+How far to trust the cloud. A range that no particle of the first cloud had is hardly ever found later, and
+each resampling loses some of those there were. In the end all N particles may descend from a few, and
+look like a posterior that is sure of itself. So the filter counts:
+
+- *effective sample size* ``(sum w)^2 / sum w^2``: how many of the N particles a step really uses;
+- *families*: ``N^2 / sum n_i^2``, where ``n_i`` of the N particles descend from particle i of the first
+  cloud. The first cloud has N families of one; at the worst there is one family of N.
+
+Families also tell by how much the filter's mean would scatter with other random numbers (Chan and Lai,
+2013). With normalised weights and the sum ``S_i`` of ``w (x - mean)`` over family i, the variance of that
+scatter is about ``sum_i S_i^2``. The sum over a single family is zero: this error is not to be believed
+where there are few.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._checks import check_array, check_count, check_scalar
+from .recursive import _in_order
+
+FEW_FAMILIES = 10  # the spread of so many independent draws is known to 1 / sqrt(2 10), 22 per cent
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Cloud:
+    """What is known of the state before filtering: equally likely states ``(N, 4)`` at ``time``.
+
+    Like a `Prior` it holds all that was measured up to and at its time.
+    """
+
+    states: np.ndarray
+    time: float
+
+    def __init__(self, states, time):
+        object.__setattr__(self, "states", check_array("states", states, (None, 4)))
+        object.__setattr__(self, "time", check_scalar("time", time))
+        if not len(self.states):
+            raise ValueError("states is empty; a cloud needs at least one particle")
+
+
+@dataclass(frozen=True, eq=False)
+class ParticleTrack:
+    """Output of `sir`: K steps, N particles.
+
+    Attributes
+    ----------
+    times : ndarray, shape (K,)
+        Times of the measurements.
+    state, covariance : ndarray, shapes (K, 4) and (K, 4, 4)
+        Mean and covariance of the weighted cloud at each of the times.
+    standard_error : ndarray, shape (K, 4)
+        By how much `state` would scatter with other random numbers, judged from the families.
+    effective : ndarray, shape (K,)
+        Effective sample size, before resampling.
+    families : ndarray, shape (K,)
+        Effective number of families, after resampling.
+    log_likelihood : float
+        Logarithm of the density of the measurements after the cloud's time. Its exponential is unbiased.
+    particles : ndarray, shape (N, 4)
+        States at the last of the times, resampled: equally likely.
+    ancestor : ndarray of int, shape (N,)
+        The particle of the first cloud that each of them descends from.
+    finite : bool
+        `False` when at some time no particle had a weight, for instance after a measurement of NaN; all is
+        NaN from there on.
+    """
+
+    times: np.ndarray
+    state: np.ndarray
+    covariance: np.ndarray
+    standard_error: np.ndarray
+    effective: np.ndarray
+    families: np.ndarray
+    log_likelihood: float
+    particles: np.ndarray
+    ancestor: np.ndarray
+    finite: bool
+
+    @property
+    def degenerate(self):
+        """Whether the last cloud has fewer than `FEW_FAMILIES` families.
+
+        So few cannot show the shape of a posterior, whatever the number of particles: the filter is then
+        surer of itself than it has reason to be.
+        """
+        return bool(self.families[-1] < FEW_FAMILIES)
+
+
+def cloud_along_first_bearing(scenario, angles, range, speed, particles, seed):
+    """First `Cloud`: uniform in range along the first bearing, velocity uniform in a disc.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    angles : array_like, shape (N,)
+        Measurements of one run.
+    range : pair of float
+        Smallest and largest range in metres.
+    speed : float
+        Largest speed in m/s.
+    particles : int
+    seed : int, SeedSequence or Generator
+
+    Returns
+    -------
+    Cloud
+        At the time of the first measurement, which it uses up: bearings scatter about it by its sigma.
+
+    Notes
+    -----
+    Source: `robustness`, Section IV, which gives neither the ranges nor the velocities.
+    """
+    angles = _one_run(scenario, angles)
+    near, far = (check_scalar("range", value, above=0.0) for value in range)
+    if near >= far:
+        raise ValueError(f"range must be a smaller and a larger distance, got {range}")
+    speed = check_scalar("speed", speed, minimum=0.0)
+    count = check_count("particles", particles)
+    rng = np.random.default_rng(seed)
+    first = int(np.argmin(scenario.times))
+    theta = angles[first] + scenario.sigma[first] * rng.standard_normal(count)
+    r, v, heading = rng.uniform(near, far, count), speed * np.sqrt(rng.random(count)), rng.random(count)
+    heading *= 2 * np.pi
+    x, y = scenario.platform.position(scenario.times[first])
+    states = [x + r * np.sin(theta), y + r * np.cos(theta), v * np.sin(heading), v * np.cos(heading)]
+    return Cloud(np.stack(states, axis=-1), float(scenario.times[first]))
+
+
+def sir(scenario, angles, cloud, beta, seed):
+    """SIR particle filter for a target whose velocity is disturbed at random.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What the filter assumes; its target is not read.
+    angles : array_like, shape (N,)
+        Measurements of one run, in the scenario's order.
+    cloud : Cloud
+        What is known before; later measurements are used. The number of particles stays.
+    beta : float
+        Standard deviation of each component of the acceleration in m/s^2, drawn anew for every step.
+    seed : int, SeedSequence or Generator
+
+    Returns
+    -------
+    ParticleTrack
+
+    Raises
+    ------
+    ValueError
+        For wrong shapes, a negative `beta`, no measurement after the cloud's time, or a state other than
+        ``(x, y, vx, vy)``.
+
+    Notes
+    -----
+    Source: `robustness`, Section IV, equation (4) with the corrections stated at the top of this file.
+    """
+    angles = _one_run(scenario, angles)
+    beta = check_scalar("beta", beta, minimum=0.0)
+    rng = np.random.default_rng(seed)
+    steps = _in_order(scenario, cloud.time)
+    if not steps:
+        raise ValueError(f"no measurement after the cloud's time, {cloud.time}")
+    state = np.array(cloud.states.T, order="C")  # (4, N): a component is contiguous; a copy, moved in place
+    other, noise = np.empty_like(state), np.empty((2, state.shape[1]))
+    ancestor = np.arange(state.shape[1])
+    kept, effective, families, log_likelihood = [], [], [], 0.0
+    now = cloud.time
+    with np.errstate(all="ignore"):  # a cloud without weights shows in `finite`
+        for time, group in steps:
+            if beta:
+                rng.standard_normal(out=noise)
+            else:
+                noise[:] = 0.0
+            _move(state, noise, time - now, beta)
+            now = time
+            weight, log_density = _weights(state, [(*where, angles[column]) for column, *where in group])
+            log_likelihood += log_density
+            kept.append(_moments(state, weight, ancestor))
+            effective.append(1 / np.vecdot(weight, weight))
+            index = systematic_resample(weight, rng.random())
+            np.take(state, index, axis=1, out=other, mode="clip")
+            state, other = other, state
+            ancestor = ancestor[index]
+            families.append(_families(ancestor))
+    mean, covariance, error = map(np.array, zip(*kept, strict=True))
+    return ParticleTrack(
+        np.array([time for time, _ in steps]), mean, covariance, error, np.array(effective),
+        np.array(families), float(log_likelihood), state.T, ancestor, bool(np.isfinite(mean).all()),
+    )  # fmt: skip
+
+
+def systematic_resample(weights, u):
+    """Indices of the particles that survive, each about ``N w / sum w`` times, shape ``(N,)``.
+
+    Particle i is taken once for each of the points ``(u + j) / N``, ``j = 0 .. N - 1``, that lies in its
+    part ``[c_{i-1}, c_i)`` of the unit interval, ``c`` being the cumulated and normalised weights: the
+    floor or the ceiling of ``N w_i`` times, and on average over a uniform ``u`` exactly ``N w_i``.
+
+    Parameters
+    ----------
+    weights : array_like, shape (N,)
+        Not negative. Where their sum is not positive and finite, every particle is taken once.
+    u : float
+        In [0, 1).
+
+    Returns
+    -------
+    ndarray of int, shape (N,)
+        Increasing, so that what is gathered lies together.
+    """
+    edges = np.cumsum(weights, dtype=float)
+    n = len(edges)
+    if not (0 < edges[-1] < np.inf):
+        return np.arange(n)
+    edges *= n / edges[-1]
+    edges -= u
+    counts = np.ceil(edges, out=edges).astype(np.intp)  # how many points lie below each edge
+    counts[-1] = n
+    counts[1:] -= counts[:-1].copy()
+    return np.repeat(np.arange(n), counts)
+
+
+def _one_run(scenario, angles):
+    angles = scenario.check_measurements(angles)
+    if angles.ndim != 1:
+        raise ValueError(f"a particle filter takes one run, measurements of shape (N,), got {angles.shape}")
+    if scenario.coordinates != ("x", "y", "vx", "vy"):
+        raise ValueError(f"a particle filter needs the state (x, y, vx, vy), got {scenario.coordinates}")
+    return angles
+
+
+def _move(state, noise, step, beta):
+    """One step of the model, in place; ``noise`` is used up. Half of the new velocity before, half after."""
+    position, velocity = state[:2], state[2:]
+    noise *= beta * step / 2
+    velocity += noise
+    position += np.multiply(velocity, step)
+    velocity += noise
+
+
+def _weights(state, group):
+    """Normalised weights ``(N,)``, and the logarithm of their mean before that: a density."""
+    log_weight, constant = 0.0, 0.0
+    for sensor, site, lag, measured in group:
+        value, _ = sensor.model.kernel(state, site, lag * 0.0)  # the state is that of now
+        residual = sensor.model.residual(measured, value)
+        residual /= sensor.sigma
+        residual *= residual
+        log_weight = log_weight + residual
+        constant += np.log(sensor.sigma * np.sqrt(2 * np.pi))
+    log_weight *= -0.5
+    largest = log_weight.max()
+    weight = np.exp(np.subtract(log_weight, largest, out=log_weight), out=log_weight)
+    total = weight.sum()
+    weight /= total
+    return weight, largest + np.log(total / len(weight)) - constant
+
+
+def _families(ancestor):
+    """Effective number of families; ``ancestor`` is sorted."""
+    n = len(ancestor)
+    sizes = np.diff(np.flatnonzero(np.diff(ancestor, prepend=-1)), append=n)
+    return n * n / np.vecdot(sizes, sizes)
+
+
+def _moments(state, weight, ancestor):
+    """Weighted mean and covariance, and the standard error of the mean from the families."""
+    mean = state @ weight
+    centred = state - mean[:, None]
+    weighted = centred * weight
+    first = np.flatnonzero(np.diff(ancestor, prepend=-1))
+    families = np.add.reduceat(weighted, first, axis=1)
+    return mean, weighted @ centred.T, np.sqrt(np.vecdot(families, families))
