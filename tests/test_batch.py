@@ -201,3 +201,45 @@ def test_modified_polar_chart_round_trip():
         scale = np.abs(jacobian[..., i]).max(axis=-1, keepdims=True)
         np.testing.assert_allclose(slope / scale, jacobian[..., i] / scale, atol=1e-5)
     assert np.isnan(chart.to_state(np.array([0.1, -1e-4, 0.0, 0.0]))).all()
+
+
+def off_the_model(seed):
+    """A circular target seen by a weaving platform, and what a uniform motion makes of it."""
+    from tmalib.papers import robustness
+
+    return robustness.random_geometry(np.random.SeedSequence(5, spawn_key=(seed,)))
+
+
+@pytest.mark.parametrize("seed", [1, 5, 15])
+def test_large_residuals(seed):
+    """A target off the model leaves residuals so large that plain steps climb; scipy goes no lower."""
+    geometry = off_the_model(seed)
+    measured = geometry.circle.measure()
+    found = tma.fit(geometry.straight, measured, geometry.theta_star, tolerance=1e-5)
+    assert found.converged
+
+    def residual(state):
+        return geometry.straight.residual(measured, geometry.straight.linearise(state)[0]) / 5e-3
+
+    peer = least_squares(residual, found.state, x_scale=tma.crlb_sigma(geometry.straight), method="lm")
+    assert found.cost == pytest.approx(2 * peer.cost, rel=1e-6)
+
+
+@pytest.mark.parametrize("chart", [None, tma.Cartesian()])
+def test_an_estimate_that_runs_to_infinity_says_so(chart):
+    """The criterion falls as the target recedes: the limit is a target at infinity."""
+    geometry = off_the_model(16)
+    found = tma.fit(
+        geometry.straight, geometry.circle.measure(), geometry.theta_star, chart=chart, max_iterations=400
+    )
+    assert not found.converged
+    assert found.reason == "no minimum at a finite range"
+
+
+def test_a_start_on_the_platforms_path_does_not_stop_the_others(scenario):
+    """The gradient is infinite there; the run fails, the one beside it does not."""
+    measured = scenario.measure()
+    on_path = [*scenario.platform.position(scenario.times[3]), 0.0, 0.0]
+    found = tma.fit(scenario, measured, [on_path, scenario.state * 1.01], chart=tma.Cartesian())
+    assert not found.converged[0]
+    assert found.converged[1]

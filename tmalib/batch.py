@@ -29,15 +29,18 @@ from ._checks import check_count, check_scalar
 from .charts import Cartesian, ModifiedPolar
 
 BLOCK_ELEMENTS = 72_000  # runs x measurements of the largest sensor: about 600 kB an array
-FIRST_DAMPING = 1e-2
+FIRST_DAMPING = 1e-3
+LEAST_DAMPING = 1e-8
 MOST_DAMPING = 1e10
+FAR = 1e9  # metres: an estimate beyond this is on its way to infinity
 RIDGE = 1e-14  # on a unit diagonal: an exactly singular matrix must not stop the whole block
 
 CONVERGED = "converged"
 NOT_FINITE = "measurement or start not finite"
 NO_DESCENT = "no step lowers the criterion"
 TOO_LONG = "iteration limit"
-REASONS = (CONVERGED, NOT_FINITE, NO_DESCENT, TOO_LONG)
+TOO_FAR = "no minimum at a finite range"
+REASONS = (CONVERGED, NOT_FINITE, NO_DESCENT, TOO_LONG, TOO_FAR)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +53,8 @@ class Fit:
         Estimate at the reference time; NaN only where the input was not finite.
     converged : ndarray of bool
     reason : ndarray of str
-        ``"converged"``, ``"iteration limit"``, ``"no step lowers the criterion"`` or
-        ``"measurement or start not finite"``.
+        ``"converged"``, ``"iteration limit"``, ``"no step lowers the criterion"``, ``"no minimum at a
+        finite range"`` (the estimate ran beyond 1e9 m) or ``"measurement or start not finite"``.
     iterations : ndarray of int
         Evaluations of the model, the one at the start included.
     cost : ndarray
@@ -232,6 +235,7 @@ def _fit_block(tiles, angles, start, chart, safeguard, tolerance, max_iterations
             run = active[which]
             state[run], reason[run], cost[run] = chart.to_state(end[which]), why, best_cost[which]
             iterations[run] = evaluations
+            reason[run[np.hypot(state[run, 0], state[run, 1]) > FAR]] = TOO_FAR
 
     # One row for each run that still iterates; `active` says which run it is. `best`, `trial` and the
     # equations are in the chart's coordinates.
@@ -253,12 +257,12 @@ def _fit_block(tiles, angles, start, chart, safeguard, tolerance, max_iterations
             best_cost = np.where(better, trial_cost, best_cost)
             matrix = np.where(better[:, None, None], trial_matrix, matrix)
             slope = np.where(better[:, None], trial_slope, slope)
-        relaxed = np.where(damping > FIRST_DAMPING, damping / 10, 0.0)
+        relaxed = np.where(damping > LEAST_DAMPING, damping / 10, 0.0)
         damping = np.where(better, relaxed, np.maximum(10 * damping, FIRST_DAMPING))
         step, decrement = _damped_step(matrix, slope, damping)
 
         lost = np.isinf(best_cost)
-        short = (damping == 0) & (decrement <= tolerance)
+        short = decrement <= tolerance
         if short.any():  # a last step that leaves the chart is not a last step
             short &= np.isfinite(chart.to_state(best + step)).all(axis=-1)
         stuck = ~lost & (damping > MOST_DAMPING if safeguard else ~better)
@@ -308,12 +312,26 @@ def _normal_equations(tiles, measured, point, chart):
 
 
 def _damped_step(matrix, slope, damping):
-    """Levenberg-Marquardt step and its Newton decrement, in coordinates scaled to a unit diagonal."""
+    """Levenberg-Marquardt step, and the Newton decrement of the undamped one; solved with a unit diagonal.
+
+    Where the residuals stay large, as when the target leaves the model, a damped step can be the only one
+    that descends even at the minimum; whether it is the last is decided by the undamped decrement.
+    """
     n = slope.shape[-1]
     diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
     scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     scaled = matrix * (scale[:, :, None] * scale[:, None, :])
     scaled[:, np.arange(n), np.arange(n)] = 1.0 + RIDGE + damping[:, None]
     step = scale * np.linalg.solve(scaled, (scale * slope)[..., None])[..., 0]
+    square = np.vecdot(step, slope)
+    damped = damping > 0
+    if damped.any():  # by eigenvalues: far away the undamped matrix may be singular
+        bare, pull = scaled[damped], (scale * slope)[damped]
+        bare[:, np.arange(n), np.arange(n)] = 1.0
+        bare[~np.isfinite(bare).all(axis=(1, 2))] = np.eye(n)  # such a run never counts as converged: NaN
+        values, vectors = np.linalg.eigh(bare)
+        square[damped] = np.sum(
+            np.vecdot(vectors.mT, pull[:, None]) ** 2 / np.maximum(values, RIDGE), axis=-1
+        )
     with np.errstate(invalid="ignore"):
-        return step, np.sqrt(np.vecdot(step, slope))
+        return step, np.sqrt(square)
