@@ -29,10 +29,10 @@ STREAMS = {
     "conical/3.2": 7,
     "conical/4.2": 8,
     "conical/5.2": 9,
-    "robustness/filters": 10,
     "robustness/noise": 10,
     "robustness/stochastic": 11,
     "robustness/geometries": 12,
+    "robustness/filters": 13,
 }
 
 
