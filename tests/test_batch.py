@@ -3,7 +3,7 @@ import pytest
 from scipy.optimize import least_squares
 
 import tmalib as tma
-from tmalib import batch
+from tmalib import batch, levenberg_marquardt
 from tmalib.papers import conical_angles as conical
 from tmalib.papers import emw_acoustic as emw
 
@@ -81,14 +81,14 @@ def test_bad_members_are_reported_and_harm_nobody(scenario, runs):
     fit = tma.fit(scenario, angles, start)
     bad = np.isin(np.arange(60), [3, 7, 9])
     assert not fit.converged[bad].any()
-    assert np.all(fit.reason[bad] == batch.NOT_FINITE)
+    assert np.all(fit.reason[bad] == levenberg_marquardt.NOT_FINITE)
     assert np.isnan(fit.state[bad]).all()
     np.testing.assert_array_equal(fit.state[~bad], clean.state[~bad])
 
 
 def test_iteration_limit_is_reported(scenario, runs):
     fit = tma.fit(scenario, *runs, max_iterations=1)
-    assert np.all(fit.reason == batch.TOO_LONG)
+    assert np.all(fit.reason == levenberg_marquardt.TOO_LONG)
     assert np.all(fit.iterations == 1)
     np.testing.assert_allclose(fit.state, runs[1])
 
@@ -98,7 +98,7 @@ def test_unobservable_runs_do_not_stop_the_batch(scenario):
     angles = blind.simulate(5, seed=1)
     fit = tma.fit(blind, angles, blind.state)
     assert fit.state.shape == (5, 4)
-    assert set(fit.reason) <= set(batch.REASONS)
+    assert set(fit.reason) <= set(levenberg_marquardt.REASONS)
 
 
 def test_safeguard_rescues_plain_gauss_newton():
@@ -140,7 +140,7 @@ def test_every_ghost_is_a_minimum_of_its_own():
     ghosts = [family.target().state(0.0, scenario.coordinates) for family in tma.find_ghosts(scenario)]
     minima = np.array([scenario.state, *ghosts])
     starts = np.concatenate([minima * (1 + change) for change in (-0.01, 0.0, 0.01)])
-    states, costs, hits = batch.distinct_minima(
+    states, costs, hits = tma.distinct_minima(
         scenario, scenario.measure(), starts, tolerance=1e-6, separation=1e-4
     )
     assert len(states) == len(minima) == 4
@@ -153,12 +153,12 @@ def test_every_ghost_is_a_minimum_of_its_own():
 def test_one_minimum_is_found_once(scenario, runs):
     angles, start = runs
     starts = scenario.state + np.random.default_rng(0).normal(size=(20, 4)) * [200, 200, 1, 1]
-    states, costs, hits = batch.distinct_minima(scenario, angles[0], starts)
+    states, costs, hits = tma.distinct_minima(scenario, angles[0], starts)
     assert states.shape == (1, 4)
     assert hits.tolist() == [20]
     assert costs[0] == pytest.approx(tma.fit(scenario, angles[0], start[0]).cost, rel=1e-4)
     with pytest.raises(ValueError, match="one run and a list of starts"):
-        batch.distinct_minima(scenario, angles, starts)
+        tma.distinct_minima(scenario, angles, starts)
 
 
 def test_start_along_first_bearing(scenario):
@@ -233,7 +233,7 @@ def test_an_estimate_that_runs_to_infinity_says_so(chart):
         geometry.straight, geometry.circle.measure(), geometry.theta_star, chart=chart, max_iterations=400
     )
     assert not found.converged
-    assert found.reason == "no minimum at a finite range"
+    assert found.reason == levenberg_marquardt.TOO_FAR
 
 
 def test_a_start_on_the_platforms_path_does_not_stop_the_others(scenario):

@@ -1,0 +1,160 @@
+"""Levenberg-Marquardt in a chart, for a block of runs at once: the iteration behind `tmalib.batch.fit`.
+
+With the whitened residuals ``e`` and the whitened gradient ``J``, a Gauss-Newton step solves
+``(J'J) p = J'e``. Far from the minimum it may climb. The Levenberg-Marquardt safeguard then damps it::
+
+    (J'J + lambda diag(J'J)) p = J'e,
+
+which turns the step towards the gradient and shortens it; ``lambda`` is zero until a step fails to
+lower the criterion, grows while steps fail and shrinks again after that. The iteration of a run stops
+on the *Newton decrement* ``sqrt(p' J'e)`` of the undamped step: its length in standard deviations of the
+estimate. It does not depend on units or on the choice of coordinates.
+
+Each run has its own ``lambda`` and its own verdict; none can raise, and none is dropped. A run's result
+does not depend on the runs beside it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .charts import Cartesian
+
+FIRST_DAMPING = 1e-3
+LEAST_DAMPING = 1e-8
+MOST_DAMPING = 1e10
+FAR = 1e9  # metres: an estimate beyond this is on its way to infinity
+RIDGE = 1e-14  # on a unit diagonal: an exactly singular matrix must not stop the whole block
+
+CONVERGED = "converged"
+NOT_FINITE = "measurement or start not finite"
+NO_DESCENT = "no step lowers the criterion"
+TOO_LONG = "iteration limit"
+TOO_FAR = "no minimum at a finite range"
+REASONS = (CONVERGED, NOT_FINITE, NO_DESCENT, TOO_LONG, TOO_FAR)
+
+
+def tiles(scenario, runs):
+    """The scenario's pieces with site and lag repeated for every run of a block.
+
+    NumPy pays a third of a microsecond for each row of a broadcast; arrays of one shape are free of it.
+    """
+    return [
+        (sensor, columns, np.tile(site, (1, runs)), np.tile(lag, runs))
+        for sensor, columns, site, lag in scenario.pieces
+    ]
+
+
+def iterate(pieces, angles, start, chart, safeguard, tolerance, max_iterations):
+    """`fit` for a two-dimensional block of runs; returns the fields of `Fit` in order."""
+    runs, n = start.shape
+    state = np.full((runs, n), np.nan)
+    reason = np.full(runs, NOT_FINITE, dtype=f"<U{max(map(len, REASONS))}")
+    iterations = np.zeros(runs, dtype=int)
+    cost = np.full(runs, np.nan)
+
+    def finish(which, why, end):
+        if which.any():
+            run = active[which]
+            state[run], reason[run], cost[run] = chart.to_state(end[which]), why, best_cost[which]
+            iterations[run] = evaluations
+            reason[run[np.hypot(state[run, 0], state[run, 1]) > FAR]] = TOO_FAR
+
+    # One row for each run that still iterates; `active` says which run it is. `best`, `trial` and the
+    # equations are in the chart's coordinates.
+    origin = chart.from_state(start)
+    active = np.flatnonzero(np.isfinite(angles).all(axis=-1) & np.isfinite(origin).all(axis=-1))
+    trial = origin[active]
+    measured = [angles[active, columns] for _, columns, _, _ in pieces]
+    best, best_cost, damping = trial, np.full(len(active), np.inf), np.zeros(len(active))
+    matrix, slope = np.zeros((len(active), n, n)), np.zeros((len(active), n))
+    for evaluations in range(1, max_iterations + 1):
+        if not len(active):
+            break
+        trial_cost, trial_matrix, trial_slope = _normal_equations(pieces, measured, trial, chart)
+        better = trial_cost < best_cost if safeguard else np.isfinite(trial_cost)
+        if better.all():
+            best, best_cost, matrix, slope = trial, trial_cost, trial_matrix, trial_slope
+        else:
+            best = np.where(better[:, None], trial, best)
+            best_cost = np.where(better, trial_cost, best_cost)
+            matrix = np.where(better[:, None, None], trial_matrix, matrix)
+            slope = np.where(better[:, None], trial_slope, slope)
+        relaxed = np.where(damping > LEAST_DAMPING, damping / 10, 0.0)
+        damping = np.where(better, relaxed, np.maximum(10 * damping, FIRST_DAMPING))
+        step, decrement = _damped_step(matrix, slope, damping)
+
+        lost = np.isinf(best_cost)
+        short = decrement <= tolerance
+        if short.any():  # a last step that leaves the chart is not a last step
+            short &= np.isfinite(chart.to_state(best + step)).all(axis=-1)
+        stuck = ~lost & (damping > MOST_DAMPING if safeguard else ~better)
+        finish(short, CONVERGED, best + step)
+        finish(stuck, NO_DESCENT, best)
+        going = ~(short | stuck | lost)
+        if not going.all():
+            measured = [part[going] for part in measured]
+            rows = (active, best, best_cost, damping, matrix, slope, step)
+            active, best, best_cost, damping, matrix, slope, step = (row[going] for row in rows)
+        trial = best + step
+    finish(np.ones(len(active), dtype=bool), TOO_LONG, best)
+    return state, reason == CONVERGED, reason, iterations, cost
+
+
+def _normal_equations(pieces, measured, point, chart):
+    """Criterion ``e'e``, ``J'J`` and ``J'e`` of whitened residuals, in the chart's coordinates.
+
+    ``measured`` holds one ``(runs, N_s)`` array a sensor and ``point`` is ``(runs, n)``; the results are
+    ``(runs,)``, ``(runs, n, n)`` and ``(runs, n)``. Every sum is a dot product of two contiguous rows of
+    one run, so that the result for a run does not depend on the runs beside it.
+    """
+    runs, n = point.shape
+    cost, slope, matrix = np.zeros(runs), np.zeros((n, runs)), np.zeros((n, n, runs))
+    with np.errstate(all="ignore"):  # a state outside the model's domain gives NaN and is refused
+        state = chart.to_state(point).T
+        for (sensor, _, site, lag), angles in zip(pieces, measured, strict=True):
+            size = angles.size
+            value, gradient = sensor.model.kernel(
+                np.repeat(state, angles.shape[1], axis=1), site[:, :size], lag[:size]
+            )
+            residual = sensor.model.residual(angles, value.reshape(angles.shape))
+            gradient = gradient.reshape(n, *angles.shape)
+            weight = sensor.sigma**-2
+            cost += weight * np.vecdot(residual, residual)
+            slope += weight * np.vecdot(gradient, residual)
+            for i in range(n):
+                matrix[i, i:] += weight * np.vecdot(gradient[i], gradient[i:])
+        for i in range(n):
+            matrix[i:, i] = matrix[i, i:]
+        matrix, slope = np.moveaxis(matrix, -1, 0), slope.T
+        if not isinstance(chart, Cartesian):
+            jacobian = chart.jacobian(point)
+            matrix = jacobian.mT @ matrix @ jacobian
+            slope = np.vecdot(jacobian.mT, slope[:, None, :])
+    return cost, matrix, slope
+
+
+def _damped_step(matrix, slope, damping):
+    """Levenberg-Marquardt step, and the Newton decrement of the undamped one; solved with a unit diagonal.
+
+    Where the residuals stay large, as when the target leaves the model, a damped step can be the only one
+    that descends even at the minimum; whether it is the last is decided by the undamped decrement.
+    """
+    n = slope.shape[-1]
+    diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
+    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    scaled = matrix * (scale[:, :, None] * scale[:, None, :])
+    scaled[:, np.arange(n), np.arange(n)] = 1.0 + RIDGE + damping[:, None]
+    step = scale * np.linalg.solve(scaled, (scale * slope)[..., None])[..., 0]
+    square = np.vecdot(step, slope)
+    damped = damping > 0
+    if damped.any():  # by eigenvalues: far away the undamped matrix may be singular
+        bare, pull = scaled[damped], (scale * slope)[damped]
+        bare[:, np.arange(n), np.arange(n)] = 1.0
+        bare[~np.isfinite(bare).all(axis=(1, 2))] = np.eye(n)  # such a run never counts as converged: NaN
+        values, vectors = np.linalg.eigh(bare)
+        square[damped] = np.sum(
+            np.vecdot(vectors.mT, pull[:, None]) ** 2 / np.maximum(values, RIDGE), axis=-1
+        )
+    with np.errstate(invalid="ignore"):
+        return step, np.sqrt(square)
