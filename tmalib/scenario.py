@@ -103,7 +103,9 @@ class Scenario:
             touching = ~(np.hypot(gap[..., 0], gap[..., 1]) > TOUCHING)
             if touching.any():
                 raise ValueError(f"the target is on the platform at t = {sensor.times[touching][0]} s")
-        if not np.all(np.isfinite(self.measure())):
+        seen = [s.model.observe(target, platform, s.times) for s in self.sensors]
+        put(self, "_noise_free", np.concatenate(seen))
+        if not np.all(np.isfinite(self._noise_free)):
             raise ValueError("the measurement of the target is not finite; is it slower than sound?")
 
     # -- what is measured -----------------------------------------------------------------------
@@ -141,7 +143,7 @@ class Scenario:
 
     def measure(self):
         """Noise-free measurements of the target, shape ``(N,)``."""
-        return np.concatenate([s.model.observe(self.target, self.platform, s.times) for s in self.sensors])
+        return self._noise_free.copy()
 
     def simulate(self, runs, seed):
         """Noisy measurements, shape ``(runs, N)``.
@@ -152,7 +154,7 @@ class Scenario:
         runs = check_count("runs", runs)
         noise = np.random.default_rng(seed).standard_normal((runs, len(self.times)))
         noise *= self.sigma
-        noise += self.measure()
+        noise += self._noise_free
         return noise
 
     # -- what is assumed ------------------------------------------------------------------------
