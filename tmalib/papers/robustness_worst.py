@@ -1,0 +1,263 @@
+"""`robustness`: how bad a displacement is, who would notice, and whether a harder turn helps.
+
+*Two more motion models.* "The problem of robustness occurs for other parametric models such as polynomial or
+uniform circular" (Section IV). With the lag ``s = t - t_ref``, the target is at::
+
+    p(t) = (x, y) + s (vx, vy) + s^2 / 2 (ax, ay)                   constant acceleration,
+    p(t) = (x, y) + s sinc(w s / 2) R(w s / 2) (vx, vy)             constant turn rate w,
+
+where ``R(u)`` turns clockwise by u. A bearing has the gradient ``[cos, -sin] / r`` with respect to p, and the
+chain rule gives the rest.
+
+*A bound of what can be flown.* Let ``c_k`` be weights and D the second difference. For all y, one vector a
+second difference, and all H with ``|H_k| <= b`` and ``|(D H)_j| <= a``::
+
+    sum_k <c_k, H_k> = sum_k <(c - D'y)_k, H_k> + sum_j <y_j, (D H)_j>
+                    <= b sum_k |(c - D'y)_k| + a sum_j |y_j|.
+
+Whatever y is, the right side bounds the left: it certifies a displacement that comes near.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import sensitivity as sens
+from ..batch import fit
+from ..bearings import wrap
+from ..motion import Course, Turn, propagate
+from ..scenario import Sensor
+from .robustness import DURATION, SIGMA, WORST, Geometry
+
+LEVEL = 0.05  # false alarms of the residual test
+
+
+def power(scenario, cost, level=LEVEL):
+    """Chance that a chi-square test of the residuals notices that the model is wrong.
+
+    The least criterion is chi-square with ``N - n`` degrees of freedom when the model is right and, to first
+    order, noncentral chi-square when it is wrong.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    cost : array_like, shape (...)
+        Least criterion from noise-free measurements: the noncentrality.
+    level : float
+        Chance of noticing nothing real.
+
+    Returns
+    -------
+    ndarray, shape (...)
+    """
+    from scipy.stats import chi2, ncx2  # imported here: it costs half a second
+
+    freedom = len(scenario.times) - len(scenario.coordinates)
+    return ncx2.sf(chi2.ppf(1 - level, freedom), freedom, np.maximum(cost, 1e-12))
+
+
+@dataclass(frozen=True, eq=False)
+class Damage:
+    """What a displacement H, and its negative, do to the batch estimate.
+
+    Attributes
+    ----------
+    linear : float
+        Distance of estimate and undisturbed motion at the end, first order, in metres.
+    actual : ndarray, shape (2,)
+        The same in truth, for H and for -H.
+    state : ndarray, shape (2, 4)
+        The estimates.
+    cost, power : ndarray, shape (2,)
+        Least criterion without noise, and the chance that the residual test notices.
+    acceleration : float
+        Largest second difference of H over the sampling, in m/s^2.
+    """
+
+    linear: float
+    actual: np.ndarray
+    state: np.ndarray
+    cost: np.ndarray
+    power: np.ndarray
+    acceleration: float
+
+
+def damage(geometry, displacement):
+    """`Damage` of a displacement of the geometry's uniform motion, shape ``(N, 2)``."""
+    straight, final = geometry.straight, sens.position_at(geometry.straight, DURATION)
+    measured = sens.displaced_measurements(straight, np.stack([displacement, -displacement]))
+    found = fit(straight, measured, start=geometry.theta_star, tolerance=1e-6)
+    second = np.diff(displacement, 2, axis=0) / np.diff(straight.times)[0] ** 2
+    return Damage(
+        linear=float(np.linalg.norm(final @ sens.differential(straight, displacement))),
+        actual=np.linalg.norm((found.state - geometry.theta_star) @ final.T, axis=1),
+        state=found.state,
+        cost=found.cost,
+        power=power(straight, found.cost),
+        acceleration=float(np.hypot(*second.T).max()),
+    )
+
+
+def flyable_limit(scenario, bound, acceleration, direction, criterion, sides=16):
+    """No flyable displacement shifts the criterion more than this in a direction, in metres.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    bound, acceleration : float
+        ``|H_k| <= bound`` and ``|H''| <= acceleration``, as in `sensitivity.worst_flyable`.
+    direction : array_like, shape (m,)
+        Unit vector w: the shift meant is ``<w, C D(H)>``.
+    criterion : array_like, shape (m, n)
+    sides : int
+        Sides of the polygons *around* the discs with which a linear programme proposes y; even. The
+        limit itself is evaluated with the discs.
+    """
+    from scipy import sparse  # imported here: they cost half a second
+    from scipy.optimize import linprog
+
+    map_ = sens.response(scenario)
+    weights = (np.asarray(direction) @ criterion @ map_.gain)[:, None] * map_.direction
+    scale = np.abs(weights).max()
+    count = len(weights)
+    step = np.diff(scenario.times)[0]
+    second = sparse.diags_array([1.0, -2.0, 1.0], offsets=[0, 1, 2], shape=(count - 2, count))
+    limit = acceleration * step**2 / bound  # of second differences, where the discs have radius 1
+    angle = 2 * np.pi * np.arange(sides // 2) / sides
+    normals = np.column_stack([np.cos(angle), np.sin(angle)])
+    rows = sparse.vstack([
+        sparse.kron(normals, sparse.eye_array(count)), sparse.kron(normals, second / limit)
+    ]).tocsr()  # fmt: skip
+    rows = sparse.vstack([rows, -rows])
+    found = linprog(
+        -(weights / scale).T.ravel(), rows, np.ones(rows.shape[0]), bounds=(None, None), method="highs-ipm"
+    )
+    if not found.success:
+        raise ValueError(f"the linear programme was not solved: {found.message}")
+    forces = -found.ineqlin.marginals.reshape(2, -1)
+    forces = (forces[0] - forces[1])[len(normals) * count :].reshape(len(normals), count - 2)
+    y = (normals.T @ forces).T / limit
+    rest = weights / scale - second.T @ y
+    return float(bound * scale * (np.hypot(*rest.T).sum() + limit * np.hypot(*y.T).sum()))
+
+
+def harder(geometry, factor):
+    """The geometry with a platform that turns ``factor`` times as hard, at the same times."""
+    course = geometry.platform
+    legs = [Turn(leg.duration, factor * leg.rate) for leg in course.legs]
+    return Geometry(Course(course.start, course.speed, course.heading_at_start, legs), geometry.target)
+
+
+def weave_across(geometry):
+    """The platform's departure from its nearest uniform motion, across the line of sight, shape ``(N,)``.
+
+    In metres, along ``U_k``; the least-squares motion of `sensitivity.nearest_motion`. It is the baseline of
+    the parallax from which the range is known. A target that weaves along, ``H_k = rho w_k``, looks
+    ``1 / (1 - rho)`` times as far away.
+    """
+    times, track = geometry.straight.times, geometry.platform.position(geometry.straight.times)
+    steady = sens.nearest_motion(times, track, norm="squares")
+    return sens.response(geometry.straight).along(track - propagate(steady, times)[:, :2])
+
+
+def worst_final(geometry, bound=WORST):
+    """Largest first-order error at the end for displacements of at most ``bound``, in metres."""
+    straight, final = geometry.straight, sens.position_at(geometry.straight, DURATION)
+    found = sens.worst_sup(straight, bound, criterion=final)
+    return float(np.linalg.norm(final @ sens.differential(straight, found)))
+
+
+def manoeuvre_gain(geometry):
+    """`worst_final` with twice the platform's acceleration over that with the printed one."""
+    return worst_final(harder(geometry, 2.0)) / worst_final(geometry)
+
+
+class _BearingOf:
+    """Bearing of a target on a motion model; subclasses have ``coordinates`` and ``motion``."""
+
+    def site(self, platform, times):
+        return np.ascontiguousarray(platform.position(times).T)
+
+    def kernel(self, state, site, lag):
+        place, slope = self.motion(state, lag)
+        dx, dy = place[0] - site[0], place[1] - site[1]
+        return np.arctan2(dx, dy), (dy * slope[:, 0] - dx * slope[:, 1]) / (dx * dx + dy * dy)
+
+    def residual(self, measured, predicted):
+        return wrap(measured - predicted)
+
+    def observe(self, target, platform, times):
+        return np.arctan2(*(target.position(times) - platform.position(times)).T)
+
+    def final_position(self, state, lag):
+        """The criterion "position after a lag", shape ``(2, n)``: a derivative, for the model bends."""
+        return self.motion([np.asarray(part) for part in state], np.asarray(lag))[1].T
+
+
+@dataclass(frozen=True)
+class AcceleratedBearing(_BearingOf):
+    """Bearing of a target with constant acceleration: a polynomial model of degree two."""
+
+    coordinates = ("x", "y", "vx", "vy", "ax", "ay")
+
+    def motion(self, state, lag):
+        """Position ``(2, ...)`` and its derivative by the state, ``(6, 2, ...)``."""
+        x, y, vx, vy, ax, ay = state
+        place = np.stack([x + lag * (vx + lag / 2 * ax), y + lag * (vy + lag / 2 * ay)])
+        slope = np.zeros((6, *place.shape))
+        slope[0, 0] = slope[1, 1] = 1
+        slope[2, 0] = slope[3, 1] = lag
+        slope[4, 0] = slope[5, 1] = lag**2 / 2
+        return place, slope
+
+
+@dataclass(frozen=True)
+class TurningBearing(_BearingOf):
+    """Bearing of a target with constant speed and turn rate: uniform circular motion."""
+
+    coordinates = ("x", "y", "vx", "vy", "rate")
+
+    def motion(self, state, lag):
+        """Position ``(2, ...)`` and its derivative by the state, ``(5, 2, ...)``."""
+        x, y, vx, vy, rate = state
+        half = rate * lag / 2
+        sinc, sin, cos = np.sinc(half / np.pi), np.sin(half), np.cos(half)
+        small = np.abs(half) < 1e-4
+        bend = np.where(small, -half / 3, (cos - sinc) / np.where(small, 1.0, half))  # of sinc
+        along = np.stack(np.broadcast_arrays(cos * vx + sin * vy, cos * vy - sin * vx))
+        across = np.stack([along[1], -along[0]])
+        place = np.stack([x + lag * sinc * along[0], y + lag * sinc * along[1]])
+        slope = np.zeros((5, *place.shape))
+        slope[0, 0] = slope[1, 1] = 1
+        slope[2, 0] = slope[3, 1] = lag * sinc * cos
+        slope[2, 1], slope[3, 0] = -lag * sinc * sin, lag * sinc * sin
+        slope[4] = lag**2 / 2 * (bend * along + sinc * across)
+        return place, slope
+
+
+def other_models(geometry, bound=WORST):
+    """`worst_final` over the final range when the estimator assumes another model.
+
+    Returns
+    -------
+    dict
+        ``"linear"``, ``"polynomial"`` (about the uniform motion) and ``"circular"`` (about the circle).
+    """
+    turning = geometry.target.legs[0].rate
+    heading, speed = geometry.target.heading_at_start, geometry.target.speed
+    circle = [*geometry.target.start, speed * np.sin(heading), speed * np.cos(heading), turning]
+    assumed = {
+        "polynomial": (AcceleratedBearing(), geometry.straight, [*geometry.theta_star, 0.0, 0.0]),
+        "circular": (TurningBearing(), geometry.circle, circle),
+    }
+    ratios = {"linear": worst_final(geometry, bound) / geometry.final_range}
+    for name, (model, truth, state) in assumed.items():
+        scenario = truth.with_(sensors=[Sensor(model, truth.times, SIGMA)])
+        final = model.final_position(state, DURATION)
+        found = sens.worst_sup(scenario, bound, state=state, criterion=final)
+        error = np.linalg.norm(final @ sens.differential(scenario, found, state))
+        gap = truth.target.position(DURATION) - truth.platform.position(DURATION)
+        ratios[name] = float(error / np.hypot(*gap))
+    return ratios
