@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 from .. import figures
@@ -10,6 +11,7 @@ from . import robustness as paper
 from .robustness_filters import density
 
 WINDOW = (-10.0, 15.0), (-6.0, 8.0)  # km, the axes of the paper's Figure 1
+NORTH_OF_KALMAN = 14.0  # km: its first seconds are outside
 NAMES = ("$x$ (km)", "$y$ (km)", r"$\dot x$ (m/s)", r"$\dot y$ (m/s)")
 BLS = "BLS estimate"
 
@@ -35,7 +37,7 @@ def courses(ax, found, *, kalman=False, particles=False):
     figures.map_axes(ax, step=5)
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlim(WINDOW[0])
-    ax.set_ylim(WINDOW[1])
+    ax.set_ylim(WINDOW[1][0], NORTH_OF_KALMAN if kalman else WINDOW[1][1])
 
 
 def settling(ax, found):
@@ -79,12 +81,13 @@ def marginals(axes, found):
         low, high = np.quantile(cloud[:, i], [0.001, 0.999])
         low, high = min(low, truth[i], estimate[i]), max(high, truth[i], estimate[i])
         places = np.linspace(low - 0.1 * (high - low), high + 0.1 * (high - low), 201)
-        ax.fill_between(places, density(cloud[:, i], places), color=figures.colour("null"), alpha=0.5, lw=0)
-        ax.axvline(estimate[i], color=figures.colour("mle"), label=BLS)
-        ax.axvline(truth[i], color=figures.colour("target"), linestyle="--", label="target")
+        values = density(cloud[:, i], places)
+        ax.fill_between(places, values, color=figures.colour("null"), alpha=0.5, lw=0)
+        ax.axvline(estimate[i], color=figures.colour("mle"))
+        ax.axvline(truth[i], color=figures.colour("target"), linestyle="--")
         ax.set_xlabel(NAMES[i])
         ax.set_yticks([])
-        ax.set_ylim(bottom=0)
+        ax.set_ylim(0, 1.1 * values.max())
 
 
 def true_state(found):
@@ -93,13 +96,75 @@ def true_state(found):
     return np.concatenate([end, (end - before) * paper.RATE])
 
 
-def along(ax, clouds, places):
-    """Densities of several clouds along the axis from the BLS estimate, 0, to the target, 1."""
-    for found in clouds:
-        values = density(found.along(found.cloud[:, :2]), places)
-        ax.plot(places, values, color=figures.colour("null"), linewidth=1.1)
-    ax.axvline(0, color=figures.colour("mle"))
-    ax.axvline(1, color=figures.colour("target"), linestyle="--")
-    ax.set_yticks([])
-    ax.set_xlim(places[0], places[-1])
-    ax.set_ylim(bottom=0)
+def cloud_and_marginals(found):
+    """Figure: the map with the last cloud, and the marginal densities of its four coordinates."""
+    fig = plt.figure(figsize=(9.2, 3.6))
+    left, right = fig.subfigures(1, 2, width_ratios=(1.35, 1))
+    ax = left.subplots()
+    courses(ax, found, particles=True)
+    ax.legend(loc="lower right", fontsize=8, markerscale=3)
+    marginals(right.subplots(2, 2).ravel(), found)
+    return fig
+
+
+def draws(clouds, names):
+    """Figure: densities along the axis from the BLS estimate to the target, several clouds a panel.
+
+    Parameters
+    ----------
+    clouds : dict
+        ``(case, setting)`` to a list of `Filtered`; a row a case, a column a setting, which labels it.
+    names : dict
+        Case to what it is called.
+    """
+    settings = list(dict.fromkeys(setting for _, setting in clouds))
+    fig, axes = plt.subplots(len(names), len(settings), figsize=(9.2, 4.2), squeeze=False)
+    for row, (case, name) in zip(axes, names.items(), strict=True):
+        reach = np.concatenate(
+            [f.along(f.cloud[::10, :2]) for setting in settings for f in clouds[case, setting]]
+        )
+        places = np.linspace(*np.quantile(reach, [0.002, 0.998]), 401)
+        for ax, setting in zip(row, settings, strict=True):
+            for found in clouds[case, setting]:
+                values = density(found.along(found.cloud[:, :2]), places)
+                ax.plot(places, values, color=figures.colour("null"), linewidth=1.1)
+            _reference_lines(ax.axvline)
+            ax.set_yticks([])
+            ax.set_ylim(bottom=0)
+        row[0].set_ylabel(name)
+    for ax, setting in zip(axes[0], settings, strict=True):
+        ax.set_title(setting, fontsize=9)
+    for ax in axes[-1]:
+        ax.set_xlabel("Place between BLS (0) and target (1)")
+    return fig
+
+
+def against_beta(swept, betas, names):
+    """Figure: median and intervals of 50 and 90 per cent of clouds along the same axis, against beta.
+
+    ``swept`` maps a case to a list of `Filtered`, one for each of the ``betas``; open dots are degenerate.
+    """
+    fig, axes = plt.subplots(1, len(names), figsize=(9.2, 3.2))
+    for ax, (case, name) in zip(axes, names.items(), strict=True):
+        levels = np.array(
+            [np.quantile(f.along(f.cloud[:, :2]), [0.05, 0.25, 0.5, 0.75, 0.95]) for f in swept[case]]
+        )
+        for low, high, alpha in ((0, 4, 0.25), (1, 3, 0.4)):
+            ax.fill_between(
+                betas, levels[:, low], levels[:, high], color=figures.colour("null"), alpha=alpha, lw=0
+            )
+        ax.semilogx(betas, levels[:, 2], color="black")
+        few = np.array([f.particles.degenerate for f in swept[case]])
+        ax.plot(betas[~few], levels[~few, 2], "o", color="black", markersize=5)
+        ax.plot(betas[few], levels[few, 2], "o", color="black", markersize=5, markerfacecolor="white")
+        _reference_lines(ax.axhline)
+        ax.set_xticks(betas, [f"{beta:g}" for beta in betas])
+        ax.minorticks_off()
+        ax.set_xlabel(r"$\beta$ (m/s²), " + name)
+    axes[0].set_ylabel("Place between BLS (0)\nand target (1)")
+    return fig
+
+
+def _reference_lines(line):
+    line(0, color=figures.colour("mle"))
+    line(1, color=figures.colour("target"), linestyle="--")
