@@ -83,8 +83,16 @@ build/claims.json: build/executed/.done tools/collect_claims.py
 
 claims: build/claims.json  ## judge every printed number: build/claims.json
 
-book: build/claims.json  ## the book, built and checked: build/html/book/intro.html
+build/provenance.json: build/executed/.done tools/trace_notebooks.py
+	@echo "==> Tracing figures and tables to the code that made them"
+	$(BIN)/python tools/trace_notebooks.py build/executed $@
+
+build/figures/index.csv: build/claims.json build/provenance.json tools/export_figures.py tools/draw_verdicts.py
+	$(BIN)/python tools/export_figures.py build/executed build/claims.json build/provenance.json build/figures
+
+book: build/figures/index.csv  ## the book, built and checked: build/html/book/intro.html
 	@echo "==> Building the book"
+	$(BIN)/python tools/check_prose.py book notebooks
 	@rm -rf build/site
 	$(BIN)/jupyter-book build . --config book/_config.yml --toc book/_toc.yml --path-output build/site \
 	  -W -n --keep-going 2>&1 | tee build/book.log
@@ -106,8 +114,8 @@ site-test: $(ENV)  ## check the built book in Chromium
 bench: $(ENV)  ## measure the speed of the estimators
 	$(BIN)/python -m pytest tests/benchmarks -s
 
-figures: build/claims.json  ## write every figure and table to figures/
-	$(BIN)/python tools/export_figures.py build/executed build/claims.json figures
+figures: build/figures/index.csv  ## write every figure and table to figures/
+	rm -rf figures && cp -R build/figures figures
 
 lint: $(ENV)  ## style, notebooks without outputs, import directions, citation file, workflow
 	@echo "==> Lint"

@@ -64,5 +64,23 @@ def test_no_printed_number_of_table_i_is_typed_in_the_sources():
         assert not words & results, page
 
 
+ERRATA = [
+    (page.stem, entry)
+    for page in sorted(ROOT.glob("book/errata/*.md"))
+    for entry in re.split(r"(?m)^(?=\([a-z0-9-]+\)=$\n## )", page.read_text(encoding="utf-8"))[1:]
+]
+
+
+@pytest.mark.parametrize(("page", "entry"), ERRATA, ids=[entry[1 : entry.index(")")] for _, entry in ERRATA])
+def test_an_erratum_has_its_five_fields(page, entry):
+    """Printed form, corrected form, evidence with a link, consequence, and a status of three."""
+    label, title = re.match(r"\(([a-z0-9-]+)\)=\n## ([a-z0-9-]+): ", entry).groups()
+    assert label == title
+    fields = dict(re.findall(r"(?ms)^([A-Z][a-z]+)\n: (.*?)(?=\n\n|\Z)", entry))
+    assert list(fields) == ["Printed", "Corrected", "Evidence", "Consequence", "Status"]
+    assert re.search(r"\{(num)?ref\}", fields["Evidence"]), "evidence is a link"
+    assert re.match(r"(Confirmed|Likely|Open)\b", fields["Status"])
+
+
 def test_shapes_of_the_public_example():
     assert np.shape(tmalib.transition([1.0, 2.0])) == (2, 4, 4)

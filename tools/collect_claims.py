@@ -68,16 +68,19 @@ def collect(executed: Path, published: dict) -> list[dict]:
     return sorted(claims, key=lambda claim: order.get(key(claim), len(order)))
 
 
+def write(claims: list[dict], target: Path) -> None:
+    temporary = target.with_suffix(".tmp")
+    text = json.dumps(claims, indent=1, ensure_ascii=False, allow_nan=False)
+    temporary.write_text(text + "\n", encoding="utf-8")
+    temporary.replace(target)
+
+
 def main(executed: Path, target: Path) -> None:
     published = published_values()
     claims = collect(executed, published)
     if found := problems(claims, published):
         sys.exit("\n".join(found))
-
-    temporary = target.with_suffix(".tmp")
-    text = json.dumps(claims, indent=1, ensure_ascii=False, allow_nan=False)
-    temporary.write_text(text + "\n", encoding="utf-8")
-    temporary.replace(target)
+    write(claims, target)
 
     total = Counter(row["paper"] for row in published.values())
     judged = Counter(claim["paper"] for claim in claims)

@@ -25,6 +25,17 @@ from tmalib.montecarlo import SEED, STREAMS
 MIMETYPE = "application/vnd.tmalib.claims+json"
 DRAWING = "tmalib.figures."  # style and colours: they make no number
 
+VALUE_FIRST = {  # the fields of these nodes as Python evaluates them, not as it writes them
+    ast.Assign: ("value", "targets"),
+    ast.NamedExpr: ("value", "target"),
+    ast.For: ("iter", "target", "body", "orelse"),
+    ast.comprehension: ("iter", "target", "ifs"),
+    ast.ListComp: ("generators", "elt"),
+    ast.SetComp: ("generators", "elt"),
+    ast.GeneratorExp: ("generators", "elt"),
+    ast.DictComp: ("generators", "key", "value"),
+}
+
 
 @dataclass
 class Statement:
@@ -46,13 +57,7 @@ def root(node):
 
 def in_order(node):
     """All nodes below one, a value before the name it is given to."""
-    last = [name for name in ("targets", "target", "elt", "key", "value") if name in node._fields]
-    if isinstance(node, ast.Assign | ast.AnnAssign):
-        last = ["value", "targets", "target"]
-    if isinstance(node, ast.For | ast.comprehension):
-        last = ["target", "ifs", "body", "orelse"]
-    first = [name for name in node._fields if name not in last]
-    for name in [*first, *(n for n in last if n in node._fields)]:
+    for name in VALUE_FIRST.get(type(node), node._fields):
         children = getattr(node, name)
         for child in children if isinstance(children, list) else [children]:
             if isinstance(child, ast.AST):
@@ -83,7 +88,7 @@ def statement(cell, tree):
         binds = {tree.name}
     plain = isinstance(tree, ast.Assign) and all(isinstance(t, ast.Name) for t in tree.targets)
     replaces = {t.id for t in tree.targets} if plain else set()
-    return Statement(cell, tree, needs, binds - {None}, replaces)
+    return Statement(cell, tree, needs, (binds | replaces) - {None}, replaces)
 
 
 def statements(notebook):
@@ -141,14 +146,18 @@ def look_up(name):
     return None
 
 
+def has_source(value):
+    """Whether this is a function, method or class written in Python."""
+    value = inspect.unwrap(value) if callable(value) else value
+    return inspect.isfunction(value) or inspect.ismethod(value) or inspect.isclass(value)
+
+
 def functions(used, modules):
     """The functions and classes of tmalib that the statements name, in order of appearance."""
     nodes = [n for s in used for n in ast.walk(s.tree) if isinstance(n, ast.Attribute | ast.Name)]
     names = dict.fromkeys(filter(None, (resolve(n, modules) for n in nodes)))
     return [
-        n
-        for n in names
-        if n.startswith("tmalib.") and not n.startswith(DRAWING) and callable(look_up(n))
+        n for n in names if n.startswith("tmalib.") and not n.startswith(DRAWING) and has_source(look_up(n))
     ]
 
 

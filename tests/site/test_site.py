@@ -12,7 +12,9 @@ PAGES = sorted(
 FRONT = "book/intro.html"
 TEXT = {name: (SITE / name).read_text(encoding="utf-8") for name in PAGES}
 CHAPTERS = sorted(PAGES, key=lambda name: -TEXT[name].count("<figcaption") - TEXT[name].count("<caption"))
-SAMPLE = [FRONT, *CHAPTERS[:1]]  # the front page, and the chapter with the most figures and tables
+LEDGERS = [name for name in PAGES if name.startswith("book/verdicts/")]
+# The front page, the chapter with the most figures and tables, the longest ledger.
+SAMPLE = [FRONT, *CHAPTERS[:1], *sorted(LEDGERS, key=lambda name: -len(TEXT[name]))[:1]]
 
 # Violations of the theme, not of the book: rule -> the elements (CSS selectors) that are allowed to break it.
 THEME_VIOLATIONS: dict[str, tuple[str, ...]] = {}
@@ -52,6 +54,46 @@ def test_search_finds_a_word(visit, address):
     page = visit(f"{address}/search.html?q=bearing").page
     page.wait_for_selector("#search-results li a")
     assert page.locator("#search-results li a").count() > 0
+
+
+@pytest.mark.parametrize("name", LEDGERS)
+def test_the_ledger_filters_and_sorts(visit, site, name):
+    """From a file, without a server: by verdict, by words, by heading; without script it is a plain table."""
+    page = visit((site / name).as_uri()).page
+    shown = page.locator("table.ledger-table tbody tr:visible")
+    everything = shown.count()
+    assert f"{everything} of {everything} rows" in page.locator(".ledger-controls output").inner_text()
+    page.get_by_label("Verdict").select_option(index=1)
+    chosen = page.get_by_label("Verdict").input_value()
+    verdicts = shown.locator("td:last-child a:first-child").all_inner_texts()
+    assert 0 < len(verdicts) < everything
+    assert set(verdicts) == {chosen}
+    page.get_by_label("Verdict").select_option(index=0)
+    page.get_by_label("Words").fill("no such words")
+    assert shown.count() == 0
+    page.get_by_label("Words").fill("")
+    assert shown.count() == everything
+    page.get_by_role("button", name="z", exact=True).click()
+    assert page.locator('th[aria-sort="descending"]').inner_text().startswith("z")
+    z = [float(text) for text in shown.locator("td:nth-child(6)").all_inner_texts() if text.strip()]
+    assert z == sorted(z, reverse=True)
+
+
+def test_a_verdict_leads_to_its_cell(visit, address):
+    for name in LEDGERS:
+        page = visit(f"{address}/{name}").page
+        page.locator("table.ledger-table td:last-child a").first.click()
+        page.wait_for_load_state()
+        target = page.evaluate("document.getElementById(location.hash.slice(1))?.className ?? ''")
+        assert "cell" in target or "judged-table" in target
+
+
+@pytest.mark.parametrize("name", LEDGERS)
+def test_a_ledger_on_a_phone(visit, address, name):
+    """Every number and verdict is within 400 pixels."""
+    page = visit(f"{address}/{name}", width=400).page
+    edges = "cells => Math.max(...cells.map(cell => cell.getBoundingClientRect().right))"
+    assert page.locator("table.ledger-table td").evaluate_all(edges) <= 400
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -1,0 +1,94 @@
+"""Numbers and verdicts of the ledger inside a sentence.
+
+``{printed}`paper; table; row; column` ``
+    the number as printed.
+``{ours}`paper; table; row; column` ``, ``{ours}`paper; table; row; column; .1f` ``
+    ours, with as many digits as the printed one or in a format.
+``{verdict}`paper; table; row; column` ``
+    the verdict on one number.
+``{verdict}`words <paper; table>` ``, ``{verdict}`words <paper; table; row; column>` ``
+    the words, which must be the verdict on every number meant: what a sentence says is checked.
+``{count}`paper; table` ``, ``{count}`paper; table; verdict` ``
+    how many numbers a table has; how many of them have this verdict, with the word. A paper alone counts all.
+``{deviation}`name` ``, ``{deviation}`name; .1f` ``
+    a number of the figure of all deviations, see tools/draw_verdicts.py.
+
+A key or verdict that the ledger does not have fails the build.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from docutils import nodes
+from ledger import load_claims, ours_text, parse_key
+from sphinx.util.docutils import ReferenceRole, SphinxRole
+
+from tmalib import claims
+
+
+class _Fails:
+    """A role whose `text_for` says what to write, or raises."""
+
+    def run(self):
+        try:
+            text = self.text_for()
+        except (KeyError, ValueError) as problem:
+            message = self.inliner.reporter.error(f"ledger: {problem}", line=self.lineno)
+            return [self.inliner.problematic(self.rawtext, self.rawtext, message)], [message]
+        return [nodes.inline(text, text, classes=["ledger"])], []
+
+    def chosen(self, key):
+        """The judged rows whose key starts so."""
+        found = [claim for known, claim in load_claims(self.env).items() if known[: len(key)] == key]
+        if not found:
+            raise ValueError(f"nothing is judged under {'; '.join(key)!r}")
+        return found
+
+
+class PrintedRole(_Fails, SphinxRole):
+    def text_for(self):
+        return claims.printed(*parse_key(self.text, 4)).printed
+
+
+class OursRole(_Fails, SphinxRole):
+    def text_for(self):
+        key = parse_key(self.text, 4)
+        (claim,) = self.chosen(key[:4])
+        return format(claim["ours"], key[4]) if len(key) > 4 else ours_text(claim)
+
+
+class VerdictRole(_Fails, ReferenceRole):
+    def text_for(self):
+        key = parse_key(self.target, 2)
+        verdicts = {claim["verdict"] for claim in self.chosen(key)}
+        said = self.title if self.has_explicit_title else ", ".join(verdicts)
+        if verdicts != {said}:
+            raise ValueError(f"the sentence says {said!r}, the ledger {sorted(verdicts)} of {key}")
+        return said
+
+
+class CountRole(_Fails, SphinxRole):
+    def text_for(self):
+        *key, last = parse_key(self.text, 1)
+        if last not in claims.SYMBOLS:
+            return str(len(self.chosen((*key, last))))
+        return f"{sum(claim['verdict'] == last for claim in self.chosen(tuple(key)))} {last}"
+
+
+class DeviationRole(_Fails, SphinxRole):
+    def text_for(self):
+        path = Path(self.env.srcdir) / "build" / "figures" / "verdicts" / "fig-verdicts-z.csv"
+        self.env.note_dependency(str(path))
+        with path.open(newline="", encoding="utf-8") as file:
+            numbers = {row["name"]: float(row["value"]) for row in csv.DictReader(file)}
+        name, *form = parse_key(self.text, 1)
+        return format(numbers[name], form[0] if form else ".0f")
+
+
+def setup(app):
+    roles = {"printed": PrintedRole, "ours": OursRole, "verdict": VerdictRole, "count": CountRole}
+    for name, role in (roles | {"deviation": DeviationRole}).items():
+        app.add_role(name, role())
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,90 @@
+"""figures/ is complete and agrees with the notebooks as they were last executed."""
+
+import csv
+import sys
+from pathlib import Path
+
+import pytest
+
+from tmalib import claims
+
+ROOT = Path(__file__).parent.parent
+sys.path.insert(0, str(ROOT / "tools"))
+
+import collect_claims  # noqa: E402
+import export_figures  # noqa: E402
+import trace_notebooks  # noqa: E402
+
+EXECUTED = ROOT / "build" / "executed"
+KINDS = {".svg", ".pdf", ".csv"}
+
+
+def files(folder):
+    return {p.relative_to(folder).as_posix() for p in folder.rglob("*.*") if p.suffix in KINDS}
+
+
+def read_csv(path):
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.fixture(scope="module")
+def fresh(tmp_path_factory):
+    """What `make figures` would write now."""
+    if not (EXECUTED / ".done").is_file():
+        pytest.skip("no executed notebooks: run `make notebooks` first")
+    folder = tmp_path_factory.mktemp("export")
+    provenance, judged = folder / "provenance.json", folder / "claims.json"
+    trace_notebooks.main(EXECUTED, provenance)
+    published = collect_claims.published_values()
+    collect_claims.write(collect_claims.collect(EXECUTED, published), judged)
+    export_figures.main(EXECUTED, judged, provenance, folder / "figures")
+    return folder / "figures"
+
+
+def test_the_set_is_complete(fresh):
+    """Every figure and table of the book is in figures/, and nothing else; `make figures` mends it."""
+    assert files(ROOT / "figures") == files(fresh)
+
+
+def test_the_index_names_every_file_once(fresh):
+    for folder in (fresh, ROOT / "figures"):
+        names = [row["file"] for row in read_csv(folder / "index.csv")]
+        assert sorted([*names, "index.csv"]) == sorted(files(folder))
+
+
+def test_figures_and_tables_name_what_made_them(fresh):
+    for row in read_csv(fresh / "index.csv"):
+        if row["notebook"].endswith(".ipynb"):
+            assert (ROOT / row["notebook"]).is_file()
+            assert row["cell"].isdigit()
+            assert bool(row["streams"]) == bool(row["seed"])
+        if "/table-" in row["file"]:
+            assert row["functions"], row
+
+
+def test_the_numbers_agree_with_a_fresh_run(fresh):
+    """Every number of ours to half a unit of the last printed digit; verdicts and printed values exactly."""
+    compared = 0
+    for name in sorted(files(fresh)):
+        old, new = ROOT / "figures" / name, fresh / name
+        if new.suffix != ".csv" or not old.is_file() or "verdict" not in (found := read_csv(new))[0]:
+            continue
+        before = read_csv(old)
+        assert len(before) == len(found), name
+        for a, b in zip(before, found, strict=True):
+            assert [a[k] for k in ("row", "column", "printed", "verdict")] == [
+                b[k] for k in ("row", "column", "printed", "verdict")
+            ], name
+            assert abs(float(a["ours"]) - float(b["ours"])) <= tolerance(a), (name, a, b)
+            compared += 1
+    assert compared > 300
+
+
+def tolerance(row):
+    """Half a unit of the last printed digit; of the third digit of ours where a phrase is printed."""
+    try:
+        float(row["printed"])
+    except ValueError:
+        return abs(float(row["ours"])) * 5e-3
+    return claims.Printed("", "", "", "", row["printed"], "", "", None).last_digit / 2
