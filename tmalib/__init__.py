@@ -16,6 +16,7 @@
 True
 """
 
+from . import sensitivity
 from .batch import Fit, along_first_bearing, distinct_minima, fit
 from .bearings import Bearing, DelayedBearing, bearing, propagation_delay, wrap
 from .bounds import (
@@ -83,6 +84,7 @@ __all__ = [
     "prior_along_first_bearing",
     "propagate",
     "propagation_delay",
+    "sensitivity",
     "sir",
     "statistics",
     "stream",
