@@ -78,7 +78,9 @@ PHRASES = {
     "particles, worst perturbation, spread": Phrase(
         "Figure 8", "twice the share of the cloud beyond the target", at_least=0.01
     ),
-    "BLS, periodic perturbation": Phrase("Figure 9", ERROR, at_most=TENTH),
+    "BLS, periodic perturbation": Phrase(
+        "Figure 9", "worst first-order error for 15 m and about 1 s over the final range", at_most=TENTH
+    ),
     "manoeuvre": Phrase(
         "Section V",
         "worst first-order error over the final range, for the best of nine weaves",
