@@ -1,5 +1,5 @@
 // Makes the table of all verdicts on a page sortable and filterable. Without this script it is a plain table.
-document.querySelectorAll("table.ledger-table").forEach((table) => {
+document.querySelectorAll("table.ledger-table").forEach((table, number) => {
   const body = table.tBodies[0];
   const rows = [...body.rows];
   const heads = [...table.tHead.rows[0].cells];
@@ -22,8 +22,10 @@ document.querySelectorAll("table.ledger-table").forEach((table) => {
   );
   const count = make("output", {});
   const controls = make("div", { className: "ledger-controls" });
-  for (const [label, field] of [["Verdict", verdict], ["Words", words], ["Order", order]])
-    controls.append(make("label", {}, label, field));
+  for (const [label, field] of [["Verdict", verdict], ["Words", words], ["Order", order]]) {
+    field.id = `ledger-${number}-${label}`;
+    controls.append(make("div", {}, make("label", { htmlFor: field.id, textContent: label }), field));
+  }
   controls.append(count);
   (table.closest(".pst-scrollable-table-container") ?? table).before(controls);
 
@@ -61,6 +63,7 @@ document.querySelectorAll("table.ledger-table").forEach((table) => {
   order.addEventListener("change", sort);
   heads.forEach((head, column) => {
     const button = make("button", { type: "button", textContent: names[column] });
+    button.setAttribute("aria-label", names[column]); // without the arrow of the style sheet
     button.addEventListener("click", () => {
       order.value = order.value === `${column} -1` ? `${column} 1` : `${column} -1`;
       sort();

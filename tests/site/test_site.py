@@ -63,15 +63,15 @@ def test_the_ledger_filters_and_sorts(visit, site, name):
     shown = page.locator("table.ledger-table tbody tr:visible")
     everything = shown.count()
     assert f"{everything} of {everything} rows" in page.locator(".ledger-controls output").inner_text()
-    page.get_by_label("Verdict").select_option(index=1)
-    chosen = page.get_by_label("Verdict").input_value()
+    page.get_by_label("Verdict", exact=True).select_option(index=2)
+    chosen = page.get_by_label("Verdict", exact=True).input_value()
     verdicts = shown.locator("td:last-child a:first-child").all_inner_texts()
     assert 0 < len(verdicts) < everything
     assert set(verdicts) == {chosen}
-    page.get_by_label("Verdict").select_option(index=0)
-    page.get_by_label("Words").fill("no such words")
+    page.get_by_label("Verdict", exact=True).select_option(index=0)
+    page.get_by_label("Words", exact=True).fill("no such words")
     assert shown.count() == 0
-    page.get_by_label("Words").fill("")
+    page.get_by_label("Words", exact=True).fill("")
     assert shown.count() == everything
     page.get_by_role("button", name="z", exact=True).click()
     assert page.locator('th[aria-sort="descending"]').inner_text().startswith("z")
