@@ -88,7 +88,7 @@ def column_name(name):
 
 def in_brackets(unit):
     """``(m/s)``; nothing for a number without a unit."""
-    return "" if unit == "1" else f"({unit})"
+    return "" if unit == "1" else f"({unit.replace('^2', '²')})"
 
 
 def verdict_text(claim):

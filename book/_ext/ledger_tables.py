@@ -125,7 +125,7 @@ class LedgerTable(SphinxDirective):
         head = [
             "table", "quantity", "printed", "ours", "standard error", "z", "detectable deviation", "verdict"
         ]  # fmt: skip
-        caption = "Every printed number of the paper and its verdict, in the paper's order."
+        caption = "Every printed value of the paper and its verdict, in the paper's order."
         return [make_table(self, caption, head, [self.row(c) for c in found], ["ledger-table"])]
 
     def row(self, claim):
