@@ -243,3 +243,25 @@ def test_a_start_on_the_platforms_path_does_not_stop_the_others(scenario):
     found = tma.fit(scenario, measured, [on_path, scenario.state * 1.01], chart=tma.Cartesian())
     assert not found.converged[0]
     assert found.converged[1]
+
+
+def test_starts_without_information_do_not_stop_the_others():
+    """Five bearings from a platform that does not turn: at some starts the equations are exactly singular."""
+    platform = tma.Course((0, 0), 5.0, 1.0, [tma.Straight(100)])
+    sensor = tma.Sensor(tma.Bearing(), np.linspace(0, 100, 5), 0.01)
+    scenario = tma.Scenario(tma.Target((3e3, 4e3), 5.0, 2.0), platform, [sensor], reference_time=100)
+    rng = np.random.default_rng(0)
+    starts = np.concatenate([rng.normal(0, 1e4, (2000, 2)), rng.normal(0, 50, (2000, 2))], axis=1)
+    starts[:5], starts[5] = 0.0, [*platform.position(100.0), 0.0, 0.0]
+    starts[6:9] = [[0.0, 4e3, 0.0, 0.0], [1e-300, 1e3, 0.0, 0.0], [1e200, 1.0, 0.0, 0.0]]
+    for chart in (None, tma.Cartesian()):
+        for safeguard in (True, False):
+            found = tma.fit(scenario, scenario.measure(), starts, chart=chart, safeguard=safeguard)
+            assert set(found.reason) <= set(levenberg_marquardt.REASONS)
+            assert found.converged.any()
+
+
+def test_exactly_singular_equations_get_no_step():
+    matrix = np.stack([np.eye(2), np.ones((2, 2)), 2 * np.eye(2)])
+    found = levenberg_marquardt._solve(matrix, np.ones((3, 2)))
+    np.testing.assert_array_equal(found, [[1, 1], [np.nan, np.nan], [0.5, 0.5]])

@@ -141,20 +141,30 @@ def _damped_step(matrix, slope, damping):
     that descends even at the minimum; whether it is the last is decided by the undamped decrement.
     """
     n = slope.shape[-1]
-    diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
-    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    scaled = matrix * (scale[:, :, None] * scale[:, None, :])
-    scaled[:, np.arange(n), np.arange(n)] = 1.0 + RIDGE + damping[:, None]
-    step = scale * np.linalg.solve(scaled, (scale * slope)[..., None])[..., 0]
-    square = np.vecdot(step, slope)
-    damped = damping > 0
-    if damped.any():  # by eigenvalues: far away the undamped matrix may be singular
-        bare, pull = scaled[damped], (scale * slope)[damped]
-        bare[:, np.arange(n), np.arange(n)] = 1.0
-        bare[~np.isfinite(bare).all(axis=(1, 2))] = np.eye(n)  # such a run never counts as converged: NaN
-        values, vectors = np.linalg.eigh(bare)
-        square[damped] = np.sum(
-            np.vecdot(vectors.mT, pull[:, None]) ** 2 / np.maximum(values, RIDGE), axis=-1
-        )
-    with np.errstate(invalid="ignore"):
+    with np.errstate(all="ignore"):  # a run whose equations are not finite gets no step: NaN
+        diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
+        scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+        scaled = matrix * (scale[:, :, None] * scale[:, None, :])
+        scaled[:, np.arange(n), np.arange(n)] = 1.0 + RIDGE + damping[:, None]
+        step = scale * _solve(scaled, scale * slope)
+        square = np.vecdot(step, slope)
+        damped = damping > 0
+        if damped.any():  # by eigenvalues: far away the undamped matrix may be singular
+            bare, pull = scaled[damped], (scale * slope)[damped]
+            bare[:, np.arange(n), np.arange(n)] = 1.0
+            bare[~np.isfinite(bare).all(axis=(1, 2))] = np.eye(n)
+            values, vectors = np.linalg.eigh(bare)
+            along = np.vecdot(vectors.mT, pull[:, None])
+            square[damped] = np.sum(along**2 / np.maximum(values, RIDGE), axis=-1)
         return step, np.sqrt(square)
+
+
+def _solve(matrix, right):
+    """Solve ``matrix x = right`` for every run; NaN for a run whose matrix is exactly singular."""
+    try:
+        return np.linalg.solve(matrix, right[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        if len(matrix) == 1:
+            return np.full_like(right, np.nan)
+        half = len(matrix) // 2
+        return np.concatenate([_solve(matrix[:half], right[:half]), _solve(matrix[half:], right[half:])])
