@@ -79,7 +79,7 @@ PHRASES = {
         "Figure 8", "twice the share of the cloud beyond the target", at_least=0.01
     ),
     "BLS, periodic perturbation": Phrase(
-        "Figure 9", "worst first-order error for 15 m and about 1 s over the final range", at_most=TENTH
+        "Figure 9", "worst first-order error, periods about 1 s, over the final range", at_most=TENTH
     ),
     "manoeuvre": Phrase(
         "Section V",
