@@ -19,7 +19,6 @@ MIMETYPE = "application/vnd.tmalib.claims+json"
 LEDGER = Path(__file__).parent.parent / "tmalib" / "data" / "published.csv"
 KEY = ("paper", "table", "row", "column")
 VERDICTS = {"reproduced", "reproduced after correction", "not reproduced", "inconclusive", "unspecified"}
-IN_PROGRESS = {"robustness"}  # papers some of whose rows may still be without a verdict; empty in the end
 
 
 def key(row: dict) -> tuple[str, ...]:
@@ -39,10 +38,10 @@ def claims_of(path: Path, executed: Path) -> list[dict]:
     return [{**claim, "notebook": name} for payload in payloads for claim in payload]
 
 
-def problems(claims: list[dict], published: dict, in_progress: set = IN_PROGRESS) -> list[str]:
+def problems(claims: list[dict], published: dict) -> list[str]:
     """What is wrong with the claims, a line each: every published value has exactly one verdict."""
     counts = Counter(map(key, claims))
-    found = [f"unjudged: {' | '.join(k)}" for k in published if not counts[k] and k[0] not in in_progress]
+    found = [f"unjudged: {' | '.join(k)}" for k in published if not counts[k]]
     found += [f"judged {n} times: {' | '.join(k)}" for k, n in counts.items() if n > 1]
     for claim in claims:
         where = f"{' | '.join(key(claim))} ({claim['notebook']})"

@@ -27,9 +27,10 @@ import numpy as np
 from .. import sensitivity as sens
 from ..batch import fit
 from ..bearings import wrap
-from ..motion import Course, Turn, propagate
+from ..motion import Course, Turn
 from ..scenario import Sensor
 from .robustness import DURATION, SIGMA, WORST, Geometry
+from .robustness_periodic import platform_weave
 
 LEVEL = 0.05  # false alarms of the residual test
 
@@ -153,13 +154,11 @@ def harder(geometry, factor):
 def weave_across(geometry):
     """The platform's departure from its nearest uniform motion, across the line of sight, shape ``(N,)``.
 
-    In metres, along ``U_k``; the least-squares motion of `sensitivity.nearest_motion`. It is the baseline of
-    the parallax from which the range is known. A target that weaves along, ``H_k = rho w_k``, looks
-    ``1 / (1 - rho)`` times as far away.
+    In metres, along ``U_k``. It is the baseline of the parallax from which the range is known. A target that
+    weaves along, ``H_k = rho w_k``, looks ``1 / (1 - rho)`` times as far away.
     """
-    times, track = geometry.straight.times, geometry.platform.position(geometry.straight.times)
-    steady = sens.nearest_motion(times, track, norm="squares")
-    return sens.response(geometry.straight).along(track - propagate(steady, times)[:, :2])
+    _, weave = platform_weave(geometry.straight)
+    return sens.response(geometry.straight).along(weave)
 
 
 def worst_final(geometry, bound=WORST):
