@@ -5,8 +5,9 @@ table, row, column)``, the value exactly as printed, its unit and its kind. Code
 a paper stands anywhere else.
 
 *Deterministic* rows (bounds, factors) and *inputs* agree when ours differs by at most one unit of the
-last printed digit; a *count* must be the same integer. *Text* rows are phrases ("a good approximation"): the chapter says beforehand which
-quantity measures the phrase and between which limits it holds. *Monte-Carlo* rows are compared by::
+last printed digit; a *count* must be the same integer. *Text* rows are phrases ("a good approximation"):
+the chapter says beforehand which quantity measures the phrase and between which limits it holds.
+*Monte-Carlo* rows are compared by::
 
     z = max(0, |ours - printed| - half a unit) / sqrt(SE_ours^2 + SE_printed^2).
 
@@ -138,6 +139,15 @@ class Ours:
         low = -np.inf if self.at_least is None else self.at_least
         high = np.inf if self.at_most is None else self.at_most
         return bool(low <= self.value <= high)
+
+
+def of_statistics(found, i, printed_runs):
+    """Bias and standard deviation of component ``i``, two `Ours`, against those of ``printed_runs`` runs.
+
+    ``found`` are the `tmalib.montecarlo.Statistics` of our own runs.
+    """
+    pairs = ((found.bias, found.bias_se), (found.std, found.std_se))
+    return tuple(Ours(value[i], se()[i], se(printed_runs)[i], found.std[i]) for value, se in pairs)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ minimises the criterion.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -189,9 +189,9 @@ def spread_claims(row, i, errors, erratum="", bias_erratum="", sign=1):
     is ours here; ``sign=-1`` turns it where the printed sign is an erratum. ``erratum`` and ``bias_erratum``
     name the corrections applied, to both numbers and to the bias only.
     """
-    found = statistics(errors)
-    printed_bias, printed_std = found.bias_se(conical.PRINTED_RUNS), found.std_se(conical.PRINTED_RUNS)
+    bias, std = claims.of_statistics(statistics(errors), i, conical.PRINTED_RUNS)
     errata = ", ".join(filter(None, [erratum, bias_erratum]))
-    bias = claims.Ours(-sign * found.bias[i], found.bias_se()[i], printed_bias[i], found.std[i], errata)
-    std = claims.Ours(found.std[i], found.std_se()[i], printed_std[i], found.std[i], erratum)
-    return {(row, "bias"): bias, (row, "std_sample"): std}
+    return {
+        (row, "bias"): replace(bias, value=-sign * bias.value, erratum=errata),
+        (row, "std_sample"): replace(std, erratum=erratum),
+    }

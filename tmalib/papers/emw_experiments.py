@@ -178,15 +178,13 @@ def spread_claims(row, i, errors, estimator, erratum=""):
     decide a standard deviation, the note says what experiments of 500 of our own runs give.
     """
     found = statistics(errors)
-    bias = claims.Ours(
-        abs(found.bias[i]), found.bias_se()[i], found.bias_se(emw.PRINTED_RUNS)[i], found.std[i], erratum
-    )
+    bias, std = claims.of_statistics(found, i, emw.PRINTED_RUNS)
     note = ""
     if found.kurtosis[i] > HEAVY and len(errors) >= CHUNK:
         experiments = errors[: len(errors) // CHUNK * CHUNK, i].reshape(-1, CHUNK)
         low, high = np.quantile(experiments.std(axis=1, ddof=1), [0.05, 0.95])
         note = f"stray runs: 90 % of our own experiments of {CHUNK} runs give {low:.3g} to {high:.3g}"
-    std = claims.Ours(
-        found.std[i], found.std_se()[i], found.std_se(emw.PRINTED_RUNS)[i], found.std[i], erratum, note=note
-    )
-    return {(row, f"bias_{estimator}"): bias, (row, f"std_{estimator}"): std}
+    return {
+        (row, f"bias_{estimator}"): replace(bias, value=abs(bias.value), erratum=erratum),
+        (row, f"std_{estimator}"): replace(std, erratum=erratum, note=note),
+    }
