@@ -79,6 +79,25 @@ class JudgedTable(SphinxDirective):
         found = [claim for key, claim in load_claims(self.env).items() if key[:2] == (paper, table)]
         if not found:
             raise self.error(f"no judged row of {paper}, {table} in build/claims.json")
+        texts = all(claims.ledger()[paper, table, c["row"], c["column"]].kind == "text" for c in found)
+        head, body = self.phrases(found) if texts else self.numbers(found)
+        caption = self.options.get("caption", f"{table}, judged.")
+        node = make_table(self, caption, head, body, ["judged-table"])
+        node["names"].append(label_of(paper, table))
+        self.state.document.note_explicit_target(node, node)
+        return [node] if texts else [node, legend(found)]
+
+    @staticmethod
+    def phrases(found):
+        """Head and body for phrases: what was printed, what was measured, and the verdict with its note."""
+        body = [
+            [row_name(c["row"]), printed_text(c), ours_text(c), [verdict_text(c), c["note"]]] for c in found
+        ]
+        return ["", "printed", "ours", "verdict, and what was measured"], body
+
+    @staticmethod
+    def numbers(found):
+        """Head and body in the paper's layout: printed, ours and verdict in every cell."""
         columns = list(dict.fromkeys(c["column"] for c in found))
         by_cell = {(c["row"], c["column"]): c for c in found}
         head = ["", *(column_name(column) for column in columns)]
@@ -91,11 +110,7 @@ class JudgedTable(SphinxDirective):
                 symbol = claim and claims.SYMBOLS[claim["verdict"]]
                 cells.append([printed_text(claim), ours_text(claim), symbol] if claim else "")
             body.append(cells)
-        caption = self.options.get("caption", f"{table}, judged.")
-        node = make_table(self, caption, head, body, ["judged-table"])
-        node["names"].append(label_of(paper, table))
-        self.state.document.note_explicit_target(node, node)
-        return [node, legend(found)]
+        return head, body
 
 
 def legend(found):

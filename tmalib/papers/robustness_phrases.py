@@ -128,6 +128,7 @@ def judge_phrases(here, elsewhere):
         among = phrase.holds(elsewhere[name])
         assumption = f"geometry assumed; holds in {among.sum()} of {len(among)} random ones"
         ours[name, "claim"] = claims.Ours(
-            here[name], assumption=assumption, at_least=phrase.at_least, at_most=phrase.at_most
-        )
+            here[name], assumption=assumption, at_least=phrase.at_least, at_most=phrase.at_most,
+            note=f"{phrase.measure} ({phrase.where})",
+        )  # fmt: skip
     return claims.judge(paper.PAPER, TABLE, ours)
