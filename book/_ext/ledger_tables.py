@@ -82,7 +82,7 @@ class JudgedTable(SphinxDirective):
         texts = all(claims.ledger()[paper, table, c["row"], c["column"]].kind == "text" for c in found)
         head, body = self.phrases(found) if texts else self.numbers(found)
         caption = self.options.get("caption", f"{table}, judged.")
-        node = make_table(self, caption, head, body, ["judged-table"])
+        node = make_table(self, caption, head, body, ["phrase-table" if texts else "judged-table"])
         node["names"].append(label_of(paper, table))
         self.state.document.note_explicit_target(node, node)
         return [node] if texts else [node, legend(found)]
