@@ -1,6 +1,6 @@
 """`robustness`: the phrases of the text as measures with limits, judged over geometries.
 
-One yardstick serves for nearly all: *a tenth*. An estimate is bad when it ends a tenth of the final range or
+One yardstick serves for most: *a tenth*. An estimate is bad when it ends a tenth of the final range or
 more from the target, and good below that; an approximation is good when it leaves a tenth, at most, of what
 it approximates.
 """
@@ -79,7 +79,9 @@ PHRASES = {
         "Figure 8", "twice the share of the cloud beyond the target", at_least=0.01
     ),
     "BLS, periodic perturbation": Phrase(
-        "Figure 9", "worst first-order error, periods about 1 s, over the final range", at_most=TENTH
+        "Figure 9",
+        "worst first-order error of a cosine of 15 m and about 1 s, over the final range",
+        at_most=TENTH,
     ),
     "manoeuvre": Phrase(
         "Section V",
