@@ -95,6 +95,14 @@ def printed(paper, table, row, column):
     return ledger()[key]
 
 
+def within(value, at_least=None, at_most=None):
+    """Whether a value, or each of an array, is between its limits; NaN is not."""
+    low = -np.inf if at_least is None else at_least
+    high = np.inf if at_most is None else at_most
+    value = np.asarray(value, dtype=float)
+    return (value >= low) & (value <= high)
+
+
 @dataclass(frozen=True)
 class Ours:
     """Our value for a printed one.
@@ -132,13 +140,6 @@ class Ours:
         """The limits in words; empty where there are none."""
         limits = (("at least", self.at_least), ("at most", self.at_most))
         return " and ".join(f"{word} {limit:g}" for word, limit in limits if limit is not None)
-
-    @property
-    def within(self):
-        """Whether the value is within its limits."""
-        low = -np.inf if self.at_least is None else self.at_least
-        high = np.inf if self.at_most is None else self.at_most
-        return bool(low <= self.value <= high)
 
 
 def of_statistics(found, i, printed_runs):
@@ -233,7 +234,7 @@ def _judge_row(row, ours, limit):
         agrees = z <= limit
         resolved = ours.se <= ours.se_printed and detectable <= RESOLUTION * ours.spread
     elif row.kind == "text":
-        agrees, resolved = ours.within, True
+        agrees, resolved = within(ours.value, ours.at_least, ours.at_most), True
     elif row.kind == "count":
         agrees, resolved = ours.value == row.value, True
     else:

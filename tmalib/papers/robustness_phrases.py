@@ -31,10 +31,7 @@ class Phrase:
 
     def holds(self, value):
         """Whether it holds, for one value or an array of them; a value that is NaN does not."""
-        value = np.asarray(value, dtype=float)
-        low = -np.inf if self.at_least is None else self.at_least
-        high = np.inf if self.at_most is None else self.at_most
-        return (value >= low) & (value <= high)
+        return claims.within(value, self.at_least, self.at_most)
 
     def margin(self, value):
         """How many times better than the limit a value is; below one it does not hold."""

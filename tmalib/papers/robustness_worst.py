@@ -163,9 +163,13 @@ def weave_across(geometry):
 
 def worst_final(geometry, bound=WORST):
     """Largest first-order error at the end for displacements of at most ``bound``, in metres."""
-    straight, final = geometry.straight, sens.position_at(geometry.straight, DURATION)
-    found = sens.worst_sup(straight, bound, criterion=final)
-    return float(np.linalg.norm(final @ sens.differential(straight, found)))
+    return _worst_shift(geometry.straight, bound, None, sens.position_at(geometry.straight, DURATION))
+
+
+def _worst_shift(scenario, bound, state, criterion):
+    """Largest first-order shift of a criterion for displacements of at most ``bound``."""
+    found = sens.worst_sup(scenario, bound, state=state, criterion=criterion)
+    return float(np.linalg.norm(criterion @ sens.differential(scenario, found, state)))
 
 
 def manoeuvre_gain(geometry):
@@ -255,8 +259,7 @@ def other_models(geometry, bound=WORST):
     for name, (model, truth, state) in assumed.items():
         scenario = truth.with_(sensors=[Sensor(model, truth.times, SIGMA)])
         final = model.final_position(state, DURATION)
-        found = sens.worst_sup(scenario, bound, state=state, criterion=final)
-        error = np.linalg.norm(final @ sens.differential(scenario, found, state))
+        error = _worst_shift(scenario, bound, state, final)
         gap = truth.target.position(DURATION) - truth.platform.position(DURATION)
         ratios[name] = float(error / np.hypot(*gap))
     return ratios

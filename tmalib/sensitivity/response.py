@@ -193,7 +193,11 @@ def modes(scenario, state=None, criterion=None):
     Source: `robustness`, Proposition 3 and Theorem 1. The displayed ``|D_i| = mu_i`` should read
     ``sqrt(mu_i)``.
     """
-    gain = check_criterion(scenario, criterion) @ response(scenario, state).gain
+    return modes_of(check_criterion(scenario, criterion) @ response(scenario, state).gain)
+
+
+def modes_of(gain):
+    """`Modes` of a criterion's gain ``C A``, shape ``(m, N)``."""
     left, singular, right = np.linalg.svd(gain, full_matrices=False)
     return Modes(singular**2, right, (left * singular).T)
 

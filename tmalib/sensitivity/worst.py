@@ -23,7 +23,7 @@ from __future__ import annotations
 import numpy as np
 
 from .._checks import check_count, check_scalar
-from .response import check_criterion, check_one_state, displaced, modes, response
+from .response import check_criterion, check_one_state, displaced, modes_of, response
 
 ASCENTS = 100
 NEWTON_STEPS = 20
@@ -52,9 +52,10 @@ def worst_energy(scenario, bound, state=None, criterion=None):
     of v, and is not the worst for a given sup norm.
     """
     bound = check_scalar("bound", bound, above=0.0)
-    found = modes(scenario, state, criterion)
+    map_ = response(scenario, state)
+    found = modes_of(check_criterion(scenario, criterion) @ map_.gain)
     along = bound * _signed(found.f[0], found.d[0]) / np.abs(found.f[0]).max()
-    return response(scenario, state).displacement(along)
+    return map_.displacement(along)
 
 
 def worst_sup(scenario, bound, state=None, criterion=None):
@@ -66,9 +67,10 @@ def worst_sup(scenario, bound, state=None, criterion=None):
     Parameters and returned shape as in `worst_energy`.
     """
     bound = check_scalar("bound", bound, above=0.0)
-    gain = check_criterion(scenario, criterion) @ response(scenario, state).gain
+    map_ = response(scenario, state)
+    gain = check_criterion(scenario, criterion) @ map_.gain
     corner = _ascent(gain, _directions(gain))
-    return response(scenario, state).displacement(bound * _signed(corner, gain @ corner))
+    return map_.displacement(bound * _signed(corner, gain @ corner))
 
 
 def _signed(along, shift):
