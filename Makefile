@@ -1,5 +1,9 @@
-# `make book` and `make test` each work as the first command after a clone: Python 3.11 or newer, make
-# and access to the Python package index are enough. `make help` lists the targets.
+# `make book` and `make test` each work as the first command after a clone: Linux or macOS, Python 3.11 or
+# newer, GNU make 4 and access to the Python package index are enough. `make help` lists the targets.
+
+ifeq ($(filter oneshell,$(.FEATURES)),)
+$(error GNU make 4 or newer is needed; this is make $(MAKE_VERSION))
+endif
 
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
@@ -14,7 +18,8 @@ BIN = $(VENV)/bin
 ENV = $(VENV)/.tmalib
 
 # The same bytes on every machine: one BLAS thread, fixed dates, hashes, time zone and locale, and no
-# setting of the user's Python, Jupyter or Matplotlib. MPLBACKEND would remove every inline figure.
+# setting of the user's Python, pip, Jupyter or Matplotlib. MPLBACKEND would remove every inline figure,
+# PYTHONOPTIMIZE every assertion; the others would lead to another interpreter, library or folder.
 export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 export MKL_NUM_THREADS = 1
@@ -29,26 +34,30 @@ export MPLCONFIGDIR = $(CURDIR)/build/config/matplotlib
 export IPYTHONDIR = $(CURDIR)/build/config/ipython
 export JUPYTER_CONFIG_DIR = $(CURDIR)/build/config/jupyter
 export JUPYTER_DATA_DIR = $(CURDIR)/build/config/jupyter-data
-unexport MPLBACKEND MATPLOTLIBRC PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONWARNINGS PYTEST_ADDOPTS
+export TMALIB_RUNS = $(CURDIR)/build/runs
+unexport MPLBACKEND MATPLOTLIBRC PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONWARNINGS PYTHONOPTIMIZE \
+  PYTHONSAFEPATH PYTHONPLATLIBDIR PYTEST_ADDOPTS PYTEST_PLUGINS JUPYTER_PATH JUPYTER_CONFIG_PATH \
+  PIP_USER PIP_TARGET PIP_PREFIX PIP_ROOT PIP_PYTHON VIRTUAL_ENV
 
-.PHONY: help env lock lint notebooks claims book test site-test figures bench serve clean FORCE
+.PHONY: help env lock lint notebooks claims book test unit site-test figures bench serve clean FORCE
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/\1\t\2/p' Makefile | expand -t 14
 
 env: $(ENV)  ## create .venv from environment.txt (about 2 minutes)
 
-# A changed lock starts from an empty environment, so nothing stale stays behind. The stamp is a copy of the
-# lock that was installed: its content decides, not its date.
-ifneq ($(shell cmp -s environment.txt $(VENV)/.requirements && echo same), same)
+# A changed lock starts from an empty environment, so nothing stale stays behind; so does a checkout that was
+# copied or moved, for an environment knows its own place and that of the library. The stamp holds the place
+# and the lock that was installed: its content decides, not its date.
+ifneq ($(shell { pwd -P; cat environment.txt; } | cmp -s - $(VENV)/.requirements && echo same), same)
 $(VENV)/.requirements: FORCE
 endif
 $(VENV)/.requirements:
-	@echo "==> Python environment: .venv from environment.txt"
+	@echo "==> Python environment: $(VENV) from environment.txt"
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed")'
 	$(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python -m pip install --require-hashes --only-binary :all: -r environment.txt
-	@cp environment.txt $@
+	@{ pwd -P; cat environment.txt; } > $@
 
 $(ENV): $(VENV)/.requirements pyproject.toml
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
@@ -58,54 +67,42 @@ lock: $(ENV)  ## compile environment.in into environment.txt; UPGRADE=--upgrade 
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --only-binary :all: \
 	  $(UPGRADE) --custom-compile-command "make lock" environment.in -o environment.txt
 
-# Notebooks are executed here and nowhere else. What decides is the content of the files below, not
-# their dates: the book's own cache would not notice a change in tmalib.
-build/inputs: FORCE
-	@mkdir -p build
-	@find notebooks tmalib environment.txt -type f ! -path '*/__pycache__/*' ! -path '*/.ipynb_checkpoints/*' \
-	  | sort | xargs cksum > $@.tmp
-	@if cmp -s $@.tmp $@; then rm $@.tmp; else mv $@.tmp $@; fi
+# Chapters are executed here and nowhere else, and only those whose code, imports, ledger or lock have changed:
+# the book's own cache would not notice a change in tmalib, and a change of prose needs no execution.
+notebooks: $(ENV)  ## execute the chapters whose code has changed
+	@echo "==> Executing chapters"
+	@mkdir -p build/config/ipython
+	$(BIN)/python tools/build.py stale
+	@if [ -n "$$(find build/executing -name '*.ipynb' 2>/dev/null)" ]; then \
+	  $(BIN)/python -m pytest --nbmake --overwrite --nbmake-timeout=900 -n $(JOBS) --dist worksteal \
+	    --durations=0 -p no:cacheprovider -W default build/executing || failed=yes; \
+	  $(BIN)/python tools/build.py keep && test -z "$${failed:-}"; \
+	else $(BIN)/python tools/build.py keep; fi
 
-build/executed/.done: build/inputs | $(ENV)
-	@echo "==> Executing the notebooks"
-	@rm -rf build/executing && mkdir -p build/executing build/config/ipython
-	@cp -R notebooks build/executing/ && find build/executing -name .ipynb_checkpoints -exec rm -rf {} +
-	$(BIN)/python -m pytest --nbmake --overwrite --nbmake-timeout=900 -n $(JOBS) --dist worksteal \
-	  --durations=0 -p no:cacheprovider -W default build/executing
-	$(BIN)/python tools/cache_notebooks.py build/executing build/.jupyter_cache
-	@rm -rf build/executed && mv build/executing build/executed && touch $@
-
-notebooks: build/executed/.done  ## execute every notebook, once
-
-build/claims.json: build/executed/.done tools/collect_claims.py
+claims: notebooks  ## judge every printed value: build/claims.json, build/provenance.json
 	@echo "==> Collecting the claims"
-	$(BIN)/python tools/collect_claims.py build/executed $@
+	$(BIN)/python tools/build.py collect
+	$(BIN)/python tools/build.py export
 
-claims: build/claims.json  ## judge every printed number: build/claims.json
-
-build/provenance.json: build/executed/.done tools/trace_notebooks.py
-	@echo "==> Tracing figures and tables to the code that made them"
-	$(BIN)/python tools/trace_notebooks.py build/executed $@
-
-build/figures/index.csv: build/claims.json build/provenance.json tools/export_figures.py tools/draw_verdicts.py
-	$(BIN)/python tools/export_figures.py build/executed build/claims.json build/provenance.json build/figures
-
-book: build/figures/index.csv  ## the book, built and checked: build/html/book/intro.html
+book: claims  ## the book, built and checked: build/html/book/intro.html
 	@echo "==> Building the book"
-	$(BIN)/python tools/check_prose.py book notebooks
+	$(BIN)/python tools/build.py prose
 	@rm -rf build/site
 	$(BIN)/jupyter-book build . --config book/_config.yml --toc book/_toc.yml --path-output build/site \
 	  -W -n --keep-going 2>&1 | tee build/book.log
-	@test "$$(grep -c 'Using cached notebook' build/book.log)" = "$$(find notebooks -name '*.ipynb' \
-	  ! -path '*/.ipynb_checkpoints/*' | wc -l)" || { echo "the book executed a notebook again, or left one out"; exit 1; }
+	$(BIN)/python tools/build.py cached build/book.log
 	@rm build/site/_build/html/.buildinfo  # serves incremental builds, and differs between directories
 	$(BIN)/python tools/check_site.py build/site/_build/html
 	@rm -rf build/html && mv build/site/_build/html build/html
 	@echo "==> The book: build/html/index.html"
 
-test: build/executed/.done  ## execute the notebooks (once) and run the tests
+unit: $(ENV)  ## the tests that need no executed chapter, in about a minute
+	@echo "==> Unit tests"
+	$(BIN)/python -m pytest tests tmalib -m "not book" --ignore=tests/site --ignore=tests/benchmarks -n $(JOBS)
+
+test: claims  ## execute the chapters whose code has changed, and run all tests
 	@echo "==> Tests"
-	$(BIN)/python -m pytest tests tmalib --doctest-modules --ignore=tests/site --ignore=tests/benchmarks -n $(JOBS)
+	$(BIN)/python -m pytest tests tmalib --ignore=tests/site --ignore=tests/benchmarks -n $(JOBS)
 
 site-test: $(ENV)  ## check the built book in Chromium
 	@echo "==> Browser checks of the book"
@@ -114,7 +111,7 @@ site-test: $(ENV)  ## check the built book in Chromium
 bench: $(ENV)  ## measure the speed of the estimators
 	$(BIN)/python -m pytest tests/benchmarks -s
 
-figures: build/figures/index.csv  ## write every figure and table to figures/
+figures: claims  ## write every figure and table to figures/
 	rm -rf figures && cp -R build/figures figures
 
 lint: $(ENV)  ## style, notebooks without outputs, import directions, citation file, workflow

@@ -1,11 +1,14 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
 import tmalib as tma
 from tmalib import batch, levenberg_marquardt
-from tmalib.papers import conical_angles as conical
-from tmalib.papers import emw_acoustic as emw
+from tmalib.papers.conical_angles import scenarios as conical
+from tmalib.papers.emw_acoustic import scenarios as emw
+from tmalib.papers.robustness import scenarios as paper
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +80,7 @@ def test_bad_members_are_reported_and_harm_nobody(scenario, runs):
     clean = tma.fit(scenario, angles, start)
     angles[3, 10] = np.nan
     start[7] = np.inf
-    start[9, :2] = scenario.platform.position(600.0)  # on the platform
+    start[9, :2] = scenario.platform.position_at(600.0)  # on the platform
     fit = tma.fit(scenario, angles, start)
     bad = np.isin(np.arange(60), [3, 7, 9])
     assert not fit.converged[bad].any()
@@ -94,7 +97,7 @@ def test_iteration_limit_is_reported(scenario, runs):
 
 
 def test_unobservable_runs_do_not_stop_the_batch(scenario):
-    blind = scenario.with_(sensors=[tma.Sensor(tma.Bearing(), [0.0, 10.0], 0.01)])
+    blind = replace(scenario, sensors=[tma.Sensor(tma.Bearing(), [0.0, 10.0], 0.01)])
     angles = blind.simulate(5, seed=1)
     fit = tma.fit(blind, angles, blind.state)
     assert fit.state.shape == (5, 4)
@@ -116,8 +119,9 @@ def test_safeguard_rescues_plain_gauss_newton():
 
 def test_misspecified_on_purpose(scenario):
     """Taking the late bearings for instantaneous ones biases the estimate by about the drift in the delay."""
-    naive = scenario.with_(
-        sensors=[scenario.sensors[0], tma.Sensor(tma.Bearing(), scenario.sensors[1].times, np.radians(0.7))]
+    naive = replace(
+        scenario,
+        sensors=[scenario.sensors[0], tma.Sensor(tma.Bearing(), scenario.sensors[1].times, np.radians(0.7))],
     )
     fit = tma.fit(naive, scenario.measure(), scenario.state, tolerance=1e-6)
     right = tma.fit(scenario, scenario.measure(), scenario.state, tolerance=1e-6)
@@ -205,9 +209,7 @@ def test_modified_polar_chart_round_trip():
 
 def off_the_model(seed):
     """A circular target seen by a weaving platform, and what a uniform motion makes of it."""
-    from tmalib.papers import robustness
-
-    return robustness.random_geometry(np.random.SeedSequence(5, spawn_key=(seed,)))
+    return paper.random_geometry(np.random.SeedSequence(5, spawn_key=(seed,)))
 
 
 @pytest.mark.parametrize("seed", [1, 5, 15])
@@ -239,7 +241,7 @@ def test_an_estimate_that_runs_to_infinity_says_so(chart):
 def test_a_start_on_the_platforms_path_does_not_stop_the_others(scenario):
     """The gradient is infinite there; the run fails, the one beside it does not."""
     measured = scenario.measure()
-    on_path = [*scenario.platform.position(scenario.times[3]), 0.0, 0.0]
+    on_path = [*scenario.platform.position_at(scenario.times[3]), 0.0, 0.0]
     found = tma.fit(scenario, measured, [on_path, scenario.state * 1.01], chart=tma.Cartesian())
     assert not found.converged[0]
     assert found.converged[1]
@@ -252,7 +254,7 @@ def test_starts_without_information_do_not_stop_the_others():
     scenario = tma.Scenario(tma.Target((3e3, 4e3), 5.0, 2.0), platform, [sensor], reference_time=100)
     rng = np.random.default_rng(0)
     starts = np.concatenate([rng.normal(0, 1e4, (2000, 2)), rng.normal(0, 50, (2000, 2))], axis=1)
-    starts[:5], starts[5] = 0.0, [*platform.position(100.0), 0.0, 0.0]
+    starts[:5], starts[5] = 0.0, [*platform.position_at(100.0), 0.0, 0.0]
     starts[6:9] = [[0.0, 4e3, 0.0, 0.0], [1e-300, 1e3, 0.0, 0.0], [1e200, 1.0, 0.0, 0.0]]
     for chart in (None, tma.Cartesian()):
         for safeguard in (True, False):

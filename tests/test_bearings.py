@@ -89,7 +89,7 @@ def test_gradients_by_three_routes(c):
     for _ in range(20):
         state = rng.uniform(-1, 1, 4) * [1e4, 1e4, 50, 50]
         site, lag = rng.uniform(-2e3, 2e3, 2), rng.uniform(-1000, 0)
-        value, gradient = model.kernel(state, site, lag)
+        value, gradient = model.value_and_gradient(state, site, lag)
         scale = np.abs(gradient).max()
         # 1: differences of the definition at 50 digits
         np.testing.assert_allclose(gradient / scale, exact_gradient(state, site, lag, c) / scale, atol=1e-12)
@@ -102,15 +102,18 @@ def test_gradients_by_three_routes(c):
         # 3: differences of the value in double precision
         for i, step in enumerate((1e-1, 1e-1, 1e-4, 1e-4)):
             h = step * np.eye(4)[i]
-            rise = tma.wrap(model.kernel(state + h, site, lag)[0] - model.kernel(state - h, site, lag)[0])
+            rise = tma.wrap(
+                model.value_and_gradient(state + h, site, lag)[0]
+                - model.value_and_gradient(state - h, site, lag)[0]
+            )
             assert rise / (2 * step) / scale == pytest.approx(gradient[i] / scale, abs=1e-5)
         assert value == pytest.approx(float(exact_bearing(state, site, lag, c)), abs=1e-11)
 
 
 def test_fast_sound_gives_the_instantaneous_bearing():
     state, site, lag = np.array([3e3, -2e3, 4.0, 7.0]), np.array([100.0, 200.0]), -50.0
-    value, gradient = tma.Bearing().kernel(state, site, lag)
-    late_value, late_gradient = tma.DelayedBearing(1e12).kernel(state, site, lag)
+    value, gradient = tma.Bearing().value_and_gradient(state, site, lag)
+    late_value, late_gradient = tma.DelayedBearing(1e12).value_and_gradient(state, site, lag)
     assert late_value == pytest.approx(value, abs=1e-10)
     np.testing.assert_allclose(late_gradient, gradient, rtol=1e-7)
 
@@ -124,13 +127,13 @@ def test_observed_target_that_turns():
     times = np.array([0.0, 100.0, 250.0])
     seen = tma.DelayedBearing(C).observe(target, platform, times)
     for t, angle in zip(times, seen, strict=True):
-        here = platform.position(t)
+        here = platform.position_at(t)
 
         def mismatch(tau, t=t, here=here):
-            return C * tau - np.hypot(*(target.position(t - tau) - here))
+            return C * tau - np.hypot(*(target.position_at(t - tau) - here))
 
         tau = brentq(mismatch, 0, 50, xtol=1e-13)
-        assert angle == pytest.approx(float(tma.bearing(target.position(t - tau) - here)), abs=1e-10)
+        assert angle == pytest.approx(float(tma.bearing(target.position_at(t - tau) - here)), abs=1e-10)
 
 
 @pytest.mark.parametrize(

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import mpmath as mp
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from tmalib.bounds import whitened_jacobian
 
 def test_information_is_additive_symmetric_and_semidefinite(scenario):
     whole = tma.fisher_information(scenario)
-    parts = [tma.fisher_information(scenario.with_(sensors=[sensor])) for sensor in scenario.sensors]
+    parts = [tma.fisher_information(replace(scenario, sensors=[sensor])) for sensor in scenario.sensors]
     np.testing.assert_allclose(whole, sum(parts), rtol=1e-12)
     for part in [whole, *parts]:
         np.testing.assert_allclose(part, part.T)
@@ -17,7 +19,7 @@ def test_information_is_additive_symmetric_and_semidefinite(scenario):
 
 
 def test_one_more_sensor_never_hurts(scenario):
-    alone = tma.crlb(scenario.with_(sensors=scenario.sensors[:1]))
+    alone = tma.crlb(replace(scenario, sensors=scenario.sensors[:1]))
     assert np.linalg.eigvalsh(alone - tma.crlb(scenario)).min() > -1e-6
 
 
@@ -29,7 +31,7 @@ def test_bound_against_exact_arithmetic(scenario):
 
 
 def test_bound_moves_with_the_reference_time(scenario):
-    start = scenario.with_(reference_time=0.0)
+    start = replace(scenario, reference_time=0.0)
     phi = tma.transition(600.0)
     np.testing.assert_allclose(tma.crlb(scenario), phi @ tma.crlb(start) @ phi.T, rtol=1e-8)
 
@@ -44,11 +46,11 @@ def test_batch_of_states(scenario):
 
 def test_straight_observer_and_instantaneous_bearings_are_not_observable(scenario):
     straight = tma.Course((0, 0), 8.0, np.pi / 2, [tma.Straight(600)])
-    blind = scenario.with_(platform=straight, sensors=scenario.sensors[:1])
+    blind = replace(scenario, platform=straight, sensors=scenario.sensors[:1])
     assert tma.information_rank(blind) == 3
     with pytest.raises(ValueError, match="rank 3 of 4"):
         tma.crlb(blind)
-    few = scenario.with_(sensors=[tma.Sensor(tma.Bearing(), [0.0, 10.0], 0.1)])
+    few = replace(scenario, sensors=[tma.Sensor(tma.Bearing(), [0.0, 10.0], 0.1)])
     with pytest.raises(ValueError, match="rank 2 of 4"):
         tma.crlb(few)
 

@@ -1,9 +1,11 @@
+from dataclasses import replace
+
 import mpmath as mp
 import numpy as np
 import pytest
 
 import tmalib as tma
-from tmalib import claims
+from tmalib.papers.conical_angles.paper import PAPER
 
 ZO, D = 200.0, 4000.0
 
@@ -77,7 +79,7 @@ def test_gradient_against_exact_differences(triplet):
         state = rng.uniform(-1, 1, 5) * [8e3, 8e3, 0, 6, 6] + [0, 0, rng.uniform(0, 500), 0, 0]
         heading, lag = rng.uniform(-3, 3), rng.uniform(0, 1000)
         site = np.array([*rng.uniform(-2e3, 2e3, 2), np.sin(heading), np.cos(heading)])
-        value, gradient = full.kernel(state, site, lag)
+        value, gradient = full.value_and_gradient(state, site, lag)
         with mp.workdps(50):
             exact = []
             point = [mp.mpf(float(q)) for q in state]
@@ -95,7 +97,7 @@ def test_gradient_against_exact_differences(triplet):
             assert value == pytest.approx(float(exact_cosine(point, site, lag, path)), abs=1e-14)
         np.testing.assert_allclose(gradient, exact, rtol=1e-9, atol=1e-18)
         reduced = tma.ConicalAngle(path, ZO, D, assumed_depth=float(state[2]))
-        four_value, four = reduced.kernel(state[[0, 1, 3, 4]], site, lag)
+        four_value, four = reduced.value_and_gradient(state[[0, 1, 3, 4]], site, lag)
         assert four_value == value
         np.testing.assert_array_equal(four, gradient[[0, 1, 3, 4]])
 
@@ -124,7 +126,7 @@ def test_bounds_of_a_turning_array_agree_with_the_paper():
     """Table 4 of conical-angles, with the array's heading half a sample late."""
     bound = tma.crlb_sigma(array_scenario(assumed_depth=100.0, heading_lag=2.0))
     for row, ours in zip(("xT", "yT", "vxT", "vyT"), bound, strict=True):
-        like = claims.printed("conical-angles", "Table 4", row, "std_crlb")
+        like = PAPER.printed("Table 4", row, "std_crlb")
         assert abs(ours - like.value) <= like.last_digit
 
 
@@ -144,7 +146,7 @@ def test_fit_of_conical_angles_finds_the_target():
         (lambda: tma.ConicalAngle(tma.DIRECT, ZO, 0.0), "bottom_depth must be greater"),
         (lambda: tma.ConicalAngle(tma.DIRECT, ZO, D, assumed_depth=5000.0), "assumed_depth must be between"),
         (lambda: tma.ConicalAngle(tma.DIRECT, ZO, D, heading_lag=-1.0), "heading_lag must be at least"),
-        (lambda: array_scenario().with_(target=tma.Target((1e3, 0), 1, 0)), "needs the target's depth"),
+        (lambda: replace(array_scenario(), target=tma.Target((1e3, 0), 1, 0)), "needs the target's depth"),
     ],
 )
 def test_bad_input(make, message):

@@ -1,6 +1,7 @@
 """Ghosts of one leg: every member measures the same, nothing else does, and no hypothesis is idle."""
 
 import contextlib
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -31,7 +32,7 @@ def scenario_of(
     sin, cos = np.sin(heading), np.cos(heading)
     right, ahead = np.array([cos, -sin]), np.array([sin, cos])
     array = tma.Course((300.0, -200.0), speed, heading, [tma.Straight(np.inf)])
-    position = array.position(0.0) + start[0] * right + start[1] * ahead
+    position = array.position_at(0.0) + start[0] * right + start[1] * ahead
     target = tma.Target.from_velocity(
         position, speed * ahead + velocity[0] * right + velocity[1] * ahead, depth=depth
     )
@@ -98,7 +99,7 @@ def test_every_member_measures_the_same(rays):
             scenario = geometry(rng, shape, paths_of(rays))
             for family in ghosts_of_one_leg(scenario):
                 for ghost in sample(rng, family):
-                    error = np.abs(scenario.with_(target=ghost).measure() - scenario.measure()).max()
+                    error = np.abs(replace(scenario, target=ghost).measure() - scenario.measure()).max()
                     assert error < 1e-12, (rays, shape, family.case, error)
 
 
@@ -151,9 +152,9 @@ def test_constant_cosine_on_the_direct_path(shape):
 
 def relative(scenario, target):
     """Start and end of a target relative to the array: ``(x0, y0, x1, y1)`` in the array's axes."""
-    heading = scenario.platform.heading(0.0)
+    heading = scenario.platform.heading_at(0.0)
     sin, cos = np.sin(heading), np.cos(heading)
-    d = target.position(TIMES[[0, -1]]) - scenario.platform.position(TIMES[[0, -1]])
+    d = target.position_at(TIMES[[0, -1]]) - scenario.platform.position_at(TIMES[[0, -1]])
     return np.stack([d @ [cos, -sin], d @ [sin, cos]], axis=1).ravel()
 
 
@@ -185,7 +186,7 @@ def search(scenario, rng, starts, depth=(0.0, 4000.0)):
     ``middle - half cos(q)``, so that the search needs no bounds.
     """
     sensors, measured = scenario.sensors, scenario.measure()
-    sites = [sensor.model.site(scenario.platform, sensor.times) for sensor in sensors]
+    sites = [sensor.model.observer_state(scenario.platform, sensor.times) for sensor in sensors]
     middle, half = np.mean(depth), np.diff(depth)[0] / 2
     unit = np.array([1e3, 1e3, half, 1.0, 1.0])
     sin, cos = sites[0][2:, 0]
@@ -196,7 +197,9 @@ def search(scenario, rng, starts, depth=(0.0, 4000.0)):
 
     def parts(q, which):
         pairs = zip(sensors, sites, strict=True)
-        return np.concatenate([s.model.kernel(state(q), site, s.times)[which] for s, site in pairs], axis=-1)
+        return np.concatenate(
+            [s.model.value_and_gradient(state(q), site, s.times)[which] for s, site in pairs], axis=-1
+        )
 
     def slope(q):
         return (parts(q, 1) * (unit * [1, 1, np.sin(q[2]), 1, 1])[:, None]).T
@@ -303,7 +306,7 @@ def test_exact_geometry(case):
     scenario = scenario_of(start, velocity, 200.0 + zeta, [tma.DIRECT], times=times)
     (family,) = (family for family in ghosts_of_one_leg(scenario) if family.case == case)
     ghost = family.target(**values)
-    d = ghost.position(times) - scenario.platform.position(times)
+    d = ghost.position_at(times) - scenario.platform.position_at(times)
     np.testing.assert_allclose(d[:, 0], float(gx[0]) + times * float(gx[1]), atol=1e-9)
     np.testing.assert_allclose(d[:, 1], float(gy[0]) + times * float(gy[1]), atol=1e-9)
     assert ghost.depth == pytest.approx(200.0 + gzeta)
@@ -332,7 +335,7 @@ def proportional(scenario, ghost):
 
 
 def same(scenario, ghost):
-    return np.abs(scenario.with_(target=ghost).measure() - scenario.measure()).max() < 1e-12
+    return np.abs(replace(scenario, target=ghost).measure() - scenario.measure()).max() < 1e-12
 
 
 def test_y_is_proportional_only_if_the_cosine_varies():
@@ -348,11 +351,11 @@ def test_y_is_proportional_only_if_the_cosine_varies():
 def test_beta_is_positive_because_m_has_a_sign():
     scenario = scenario_of((5000, 7000), (2, -3), 100.0, [tma.DIRECT])
     ghost = tma.Target.from_velocity(
-        2 * scenario.platform.position(0.0) - scenario.target.position_at_time,
+        2 * scenario.platform.position_at(0.0) - scenario.target.position,
         2 * np.array([0.0, 5.0]) - scenario.target.velocity,
         depth=100.0,
     )
-    opposite = scenario.with_(target=ghost).measure()
+    opposite = replace(scenario, target=ghost).measure()
     np.testing.assert_allclose(opposite**2, scenario.measure() ** 2, atol=1e-12)
     assert not same(scenario, ghost)
 
@@ -366,7 +369,7 @@ def test_parallel_is_about_the_relative_velocity():
 
 def test_depth_mirror_belongs_to_the_direct_path():
     scenario = scenario_of((5000, 7000), (2, -3), 100.0, [tma.DIRECT])
-    ghost = tma.Target.from_velocity(scenario.target.position_at_time, scenario.target.velocity, depth=300.0)
+    ghost = tma.Target.from_velocity(scenario.target.position, scenario.target.velocity, depth=300.0)
     assert same(scenario, ghost)
     assert not same(scenario_of((5000, 7000), (2, -3), 100.0, [tma.BOTTOM_BOUNCE]), ghost)
 
@@ -374,7 +377,7 @@ def test_depth_mirror_belongs_to_the_direct_path():
 def test_three_instants_are_not_enough():
     """Across the axis any start and a speed for which the three places ahead lie on a line in time."""
     full = scenario_of((5000, 7000), (2, -3), 100.0, [tma.BOTTOM_BOUNCE])
-    short = full.with_(sensors=[tma.Sensor(full.sensors[0].model, TIMES[::6], 0.017)])
+    short = replace(full, sensors=[tma.Sensor(full.sensors[0].model, TIMES[::6], 0.017)])
     m, zeta = short.measure(), 7700.0
 
     def ahead(u):
@@ -382,7 +385,7 @@ def test_three_instants_are_not_enough():
 
     u = brentq(lambda u: np.diff(ahead(u), 2)[0], -30.0, 30.0, xtol=1e-14)
     x, y = np.array([12e3, 12e3 + 600 * u]), ahead(u)[[0, -1]]
-    start = full.platform.position(0.0) + [x[0], y[0]]
+    start = full.platform.position_at(0.0) + [x[0], y[0]]
     ghost = tma.Target.from_velocity(start, [u, 5 + (y[1] - y[0]) / 600], depth=100.0)
     assert same(short, ghost)
     assert not same(full, ghost)
@@ -430,9 +433,9 @@ def test_one_heading_is_needed():
     scenario = scenario_of((5000, 7000), (2, -3), 100.0, paths_of("two"))
     mirror = ghosts_of_one_leg(scenario)[0].target()
     turning = tma.Course((300.0, -200.0), 5.0, 0.0, [tma.Turn(np.inf, 1e-3)])
-    assert not same(scenario.with_(platform=turning), mirror)
+    assert not same(replace(scenario, platform=turning), mirror)
     with pytest.raises(ValueError, match="one straight leg"):
-        ghosts_of_one_leg(scenario.with_(platform=turning))
+        ghosts_of_one_leg(replace(scenario, platform=turning))
 
 
 # -- bad input --------------------------------------------------------------------------------------
@@ -444,33 +447,35 @@ def test_what_is_not_covered():
     def cone(path=tma.DIRECT, zo=200.0, bottom=4000.0, times=TIMES):
         return tma.Sensor(tma.ConicalAngle(path, zo, bottom), times, 0.017)
 
-    bearings = good.with_(sensors=[tma.Sensor(tma.Bearing(), TIMES, 0.01)])
+    bearings = replace(good, sensors=[tma.Sensor(tma.Bearing(), TIMES, 0.01)])
     with pytest.raises(ValueError, match="must be ConicalAngle"):
         ghosts_of_one_leg(bearings)
     with pytest.raises(ValueError, match="Target with a depth"):
-        ghosts_of_one_leg(bearings.with_(target=tma.Target((1e3, 1e3), 1, 0)))
+        ghosts_of_one_leg(replace(bearings, target=tma.Target((1e3, 1e3), 1, 0)))
     with pytest.raises(ValueError, match="same array_depth"):
-        ghosts_of_one_leg(good.with_(sensors=[cone(), cone(tma.BOTTOM_BOUNCE, zo=100.0)]))
+        ghosts_of_one_leg(replace(good, sensors=[cone(), cone(tma.BOTTOM_BOUNCE, zo=100.0)]))
     with pytest.raises(ValueError, match="one path, or the direct path and the bottom"):
-        ghosts_of_one_leg(good.with_(sensors=[cone(), cone(tma.SURFACE_BOUNCE)]))
+        ghosts_of_one_leg(replace(good, sensors=[cone(), cone(tma.SURFACE_BOUNCE)]))
     with pytest.raises(ValueError, match="at least 4 instants, got 3"):
-        ghosts_of_one_leg(good.with_(sensors=[cone(), cone(tma.BOTTOM_BOUNCE, times=TIMES[:3])]))
+        ghosts_of_one_leg(replace(good, sensors=[cone(), cone(tma.BOTTOM_BOUNCE, times=TIMES[:3])]))
     with pytest.raises(ValueError, match="depth must be between"):
         ghosts_of_one_leg(scenario_of((5000, 7000), (2, -3), 4500.0, [tma.DIRECT]))
     uneven = tma.Course((300.0, -200.0), 5.0, 0.0, [tma.Straight(300), tma.Straight(np.inf, speed=6)])
     with pytest.raises(ValueError, match="one straight leg"):
-        ghosts_of_one_leg(good.with_(platform=uneven))
+        ghosts_of_one_leg(replace(good, platform=uneven))
 
 
 def test_sensors_of_one_path_and_an_assumed_depth_count_as_one_ray():
     model = tma.ConicalAngle(tma.RayPath(-1, 0, 0), 200.0, 4000.0, assumed_depth=300.0)
     split = [tma.Sensor(model, TIMES[:7], 0.01), tma.Sensor(model, TIMES[7:], 0.01)]
-    scenario = scenario_of((5000, 7000), (2, -3), 100.0, [tma.DIRECT]).with_(sensors=split)
+    scenario = replace(scenario_of((5000, 7000), (2, -3), 100.0, [tma.DIRECT]), sensors=split)
     (a, _), (b, _) = (
         ghosts_of_one_leg(scenario),
         ghosts_of_one_leg(scenario_of((5000, 7000), (2, -3), 100.0, [tma.DIRECT])),
     )
-    np.testing.assert_allclose(a.target(depth=350.0).position(TIMES), b.target(depth=350.0).position(TIMES))
+    np.testing.assert_allclose(
+        a.target(depth=350.0).position_at(TIMES), b.target(depth=350.0).position_at(TIMES)
+    )
 
 
 def test_members_on_the_array_are_refused():

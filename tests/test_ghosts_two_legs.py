@@ -1,5 +1,6 @@
 """Two legs, one ray. Lengths are of the order of one, so that a search over states is well conditioned."""
 
+from dataclasses import replace
 from fractions import Fraction as F
 
 import numpy as np
@@ -119,10 +120,10 @@ def members(family, scenario, rng, count=4):
 
 def parameters_of(family, scenario, target):
     """The parameters that a target would have if it belonged to the family."""
-    (_, turn_x, turn_y), headings = scenario.platform._table[0][1][:3], scenario.platform._table[0][:, 3]
-    time = scenario.platform._table[0][1, 0]
+    (_, turn_x, turn_y), headings = scenario.platform.leg_starts[1][:3], scenario.platform.leg_starts[:, 3]
+    time = scenario.platform.leg_starts[1, 0]
     e = unit(headings)
-    p, chord = target.position(time) - [turn_x, turn_y], e[1] - e[0]
+    p, chord = target.position_at(time) - [turn_x, turn_y], e[1] - e[0]
     image = tma.image_depth(scenario.sensors[0].model.path, target.depth, ARRAY, BOTTOM)
     values = dict(
         depth=target.depth,
@@ -138,7 +139,7 @@ def parameters_of(family, scenario, target):
 def disagreement(scenario, target):
     """Largest difference of cosine, at the sensor's times and between them."""
     end = scenario.platform.end_time
-    turn = scenario.platform._table[0][1, 0]
+    turn = scenario.platform.leg_starts[1, 0]
     times = np.setdiff1d(np.linspace(0, end, 101), [turn])
     model = scenario.sensors[0].model
     with np.errstate(invalid="ignore"):
@@ -173,7 +174,7 @@ def search(scenario, rng, starts):
     level = sensor.model.path.is_direct and scenario.target.depth == ARRAY
     if level:
         model = tma.ConicalAngle(tma.DIRECT, ARRAY, BOTTOM, assumed_depth=ARRAY)
-        scenario = scenario.with_(sensors=[tma.Sensor(model, sensor.times, sensor.sigma)])
+        scenario = replace(scenario, sensors=[tma.Sensor(model, sensor.times, sensor.sigma)])
     found = []
     for _ in range(starts):
         start = np.concatenate([rng.uniform(-3, 3, 2), rng.uniform(-3, 8, 1), rng.uniform(-2, 2, 2)])
@@ -193,9 +194,9 @@ def nearest_approach(scenario, target):
     (sensor,) = scenario.sensors
     image = tma.image_depth(sensor.model.path, target.depth, ARRAY, BOTTOM)
     distances = [abs(image)]
-    for leg, e in zip((-1.0, 1.0), unit(scenario.platform._table[0][:, 3]), strict=True):
+    for leg, e in zip((-1.0, 1.0), unit(scenario.platform.leg_starts[:, 3]), strict=True):
         turn = scenario.reference_time
-        p, w = target.position(turn) - scenario.platform.position(turn), target.velocity - e
+        p, w = target.position_at(turn) - scenario.platform.position_at(turn), target.velocity - e
         t = leg * np.clip(-leg * (p @ w) / max(w @ w, 1e-30), 0, 1)
         distances.append(np.hypot(*(p + t * w)))
     return np.hypot(distances[0], min(distances[1:]))
@@ -206,7 +207,7 @@ def known(scenario, families, state, close=1e-3):
     names = ("x", "y", "z", "vx", "vy")
     time = scenario.reference_time
     candidate = tma.Target.from_velocity(state[:2], state[3:], depth=state[2], time=time)
-    at_turn = np.hypot(*(candidate.position(time) - scenario.platform.position(time)))
+    at_turn = np.hypot(*(candidate.position_at(time) - scenario.platform.position_at(time)))
     meets = nearest_approach(scenario, scenario.target) < close
     if nearest_approach(scenario, candidate) < close and (at_turn > 1e-6 or not meets):
         return True
@@ -377,7 +378,7 @@ def test_a_target_that_passes_through_the_array_is_refused():
 
 
 def changed(**changes):
-    return build([2, 1], [0.3, 0.2]).with_(**changes)
+    return replace(build([2, 1], [0.3, 0.2]), **changes)
 
 
 def course(*legs, speed=1.0):
@@ -410,10 +411,10 @@ def test_bad_sensors():
     (sensor,) = scenario.sensors
     other = tma.Sensor(tma.ConicalAngle(tma.BOTTOM_BOUNCE, ARRAY, BOTTOM), sensor.times, 0.01)
     with pytest.raises(ValueError, match="one ConicalAngle"):
-        ghosts_of_two_legs(scenario.with_(sensors=[sensor, other]))
+        ghosts_of_two_legs(replace(scenario, sensors=[sensor, other]))
     late = tma.Sensor(tma.ConicalAngle(tma.DIRECT, ARRAY, BOTTOM, heading_lag=0.1), sensor.times, 0.01)
     with pytest.raises(ValueError, match="heading_lag"):
-        ghosts_of_two_legs(scenario.with_(sensors=[late]))
+        ghosts_of_two_legs(replace(scenario, sensors=[late]))
     bearing = tma.Sensor(tma.Bearing(), sensor.times, 0.01)
     with pytest.raises(ValueError, match="one ConicalAngle"):
-        ghosts_of_two_legs(scenario.with_(sensors=[bearing]))
+        ghosts_of_two_legs(replace(scenario, sensors=[bearing]))

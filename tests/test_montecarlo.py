@@ -1,3 +1,4 @@
+import hashlib
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
 from multiprocessing import get_context
@@ -7,8 +8,9 @@ import pytest
 from scipy.stats import kurtosis
 
 import tmalib as tma
-from tmalib import montecarlo
-from tmalib.papers import emw_experiments as experiments
+from tmalib.judging import read_papers
+from tmalib.papers.emw_acoustic import experiments
+from tmalib.papers.emw_acoustic.paper import PAPER
 
 
 def draw(seed, runs):
@@ -22,10 +24,10 @@ def test_result_does_not_depend_on_who_computes_it():
 
 
 def test_processes_give_the_same_estimates():
-    task = partial(experiments.experiment, number=2)
-    serial = tma.monte_carlo(task, 1000, "emw/2")
+    task = partial(experiments.both_estimators, number=2)
+    serial = tma.monte_carlo(task, 1000, PAPER.stream("emw/2"))
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        parallel = tma.monte_carlo(task, 1000, "emw/2", executor=pool)
+        parallel = tma.monte_carlo(task, 1000, PAPER.stream("emw/2"), executor=pool)
     for key, values in serial.items():
         np.testing.assert_array_equal(parallel[key], values)
 
@@ -36,18 +38,41 @@ def test_a_long_experiment_begins_with_the_short_one():
 
 
 def test_streams_are_distinct_and_seeded():
-    first = [np.random.default_rng(tma.stream(name)).normal() for name in montecarlo.STREAMS]
+    streams = {name: paper.stream(name) for paper in read_papers().values() for name in paper.streams}
+    streams |= {name: tma.Stream(name) for name in ("my study", "another")}
+    first = [np.random.default_rng(stream.chunk()).normal() for stream in streams.values()]
     assert len(set(first)) == len(first)
-    assert len(set(montecarlo.STREAMS.values())) == len(montecarlo.STREAMS)
-    again, other = (np.random.default_rng(tma.stream("emw/1", seed=seed)).normal() for seed in (2016, 7))
+    assert len({stream.number for stream in streams.values()}) == len(streams)
+    again, other = (
+        np.random.default_rng(PAPER.stream("emw/1").chunk(seed=seed)).normal() for seed in (2016, 7)
+    )
     assert again == first[0] != other
 
 
 def test_numbers_of_the_streams_have_not_moved():
     """A fixed point: the first draw of a stream is the same for ever."""
-    draws = np.random.default_rng(tma.stream("emw/1")).integers(1 << 32, size=3)
+    draws = np.random.default_rng(PAPER.stream("emw/1").chunk()).integers(1 << 32, size=3)
     expected = np.random.default_rng(np.random.SeedSequence(2016, spawn_key=(0, 0))).integers(1 << 32, size=3)
     np.testing.assert_array_equal(draws, expected)
+
+
+def test_a_name_makes_a_stream_far_from_the_numbered_ones():
+    """The number of a name is a fixed point, too: a digest, not Python's hash, which changes."""
+    assert tma.Stream("my study").number == (1 << 32) + int(hashlib.sha256(b"my study").hexdigest()[:8], 16)
+    assert tma.Stream("my study", 3).chunk(2).spawn_key == (3, 2)
+    by_name, by_stream = (tma.monte_carlo(draw, 3, s)["x"] for s in ("own", tma.Stream("own")))
+    np.testing.assert_array_equal(by_name, by_stream)
+
+
+def test_runs_say_where_they_come_from():
+    found = tma.monte_carlo(partial(partial(draw_scaled, 2.0), shift=1), 7, "own", seed=5)
+    assert set(found) == {"x"} and len(found) == 1
+    assert found.source == tma.Source(f"{__name__}.draw_scaled(2.0, shift=1)", "own", 5, 7)
+    assert "7 runs, stream own, seed 5" in repr(found)
+
+
+def draw_scaled(scale, seed, runs, shift=0):
+    return {"x": scale * np.random.default_rng(seed).normal(size=runs) + shift}
 
 
 def test_statistics():
@@ -81,7 +106,8 @@ def test_a_lost_run_is_counted():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: tma.stream("nonsense"), "stream must be one of"),
+        (lambda: PAPER.stream("nonsense").chunk(), "stream must be one of"),
+        (lambda: tma.Stream(""), "must be a text that is not empty"),
         (lambda: tma.monte_carlo(draw, 0, "example"), "runs must be a positive integer"),
         (lambda: tma.statistics(np.zeros(5)), "errors must have shape"),
         (lambda: tma.statistics(np.full((9, 2), np.nan)), "at least 4 runs"),

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
@@ -14,10 +16,10 @@ class Linear:
     def __init__(self, component):
         self.row = np.eye(2)[component]
 
-    def site(self, platform, times):
-        return platform.position(times).T
+    def observer_state(self, platform, times):
+        return platform.position_at(times).T
 
-    def kernel(self, state, site, lag):
+    def value_and_gradient(self, state, site, lag):
         x, y, vx, vy = state
         a, b = self.row
         value = a * (x + lag * vx - site[0]) + b * (y + lag * vy - site[1])
@@ -27,7 +29,7 @@ class Linear:
         return measured - predicted
 
     def observe(self, target, platform, times):
-        return (target.position(times) - platform.position(times)) @ self.row
+        return (target.position_at(times) - platform.position_at(times)) @ self.row
 
 
 MEAN, SPREAD, BETA = np.array([100.0, 200.0, 5.0, -3.0]), np.diag([40.0, 30.0, 4.0, 3.0]) ** 2, 0.8
@@ -55,7 +57,7 @@ def kalman(scenario, measured):
         exact.predict(F=tma.transition(step), Q=BETA**2 * g @ g.T)
         now, columns = time, np.flatnonzero(scenario.times == time)
         h = np.array([[*s.model.row, 0, 0] for s in scenario.sensors if time in s.times])
-        z = measured[columns] + h[:, :2] @ scenario.platform.position(time)
+        z = measured[columns] + h[:, :2] @ scenario.platform.position_at(time)
         exact.dim_z = len(columns)
         exact.update(z, R=np.diag(scenario.sigma[columns] ** 2), H=h)
         log_likelihood += exact.log_likelihood
@@ -183,7 +185,7 @@ def test_a_measurement_of_nan_is_reported(linear):
 
 def test_a_filter_with_too_few_particles_says_so(linear):
     """Sharp measurements and hardly any noise: a few families remain, and fewer with every step."""
-    sharp = linear.with_(sensors=[tma.Sensor(s.model, s.times, s.sigma / 4) for s in linear.sensors])
+    sharp = replace(linear, sensors=[tma.Sensor(s.model, s.times, s.sigma / 4) for s in linear.sensors])
     track = tma.sir(sharp, sharp.measure(), gaussian_cloud(1000, 1), 1e-3, seed=2)
     assert track.degenerate
     assert track.families[-1] < FEW_FAMILIES
@@ -216,7 +218,7 @@ def test_filtering_in_two_parts_equals_filtering_at_once(linear):
 def test_cloud_along_first_bearing(scenario):
     angles = scenario.simulate(1, seed=8)[0]
     cloud = tma.cloud_along_first_bearing(scenario, angles, (2e3, 8e3), 12.0, 20_000, seed=1)
-    gap = cloud.states[:, :2] - scenario.platform.position(0.0)
+    gap = cloud.states[:, :2] - scenario.platform.position_at(0.0)
     r, theta = np.hypot(*gap.T), tma.bearing(gap)
     speed = np.hypot(*cloud.states[:, 2:].T)
     assert cloud.time == 0.0

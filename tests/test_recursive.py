@@ -1,9 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 
 import tmalib as tma
-from tmalib.papers import emw_acoustic as emw
+from tmalib.papers.emw_acoustic import scenarios as emw
 
 
 class Linear:
@@ -14,10 +16,10 @@ class Linear:
     def __init__(self, weights):
         self.weights = np.array(weights)
 
-    def site(self, platform, times):
-        return platform.position(times).T
+    def observer_state(self, platform, times):
+        return platform.position_at(times).T
 
-    def kernel(self, state, site, lag):
+    def value_and_gradient(self, state, site, lag):
         x, y, vx, vy = state
         a, b = self.weights
         value = a * (x + lag * vx - site[0]) + b * (y + lag * vy - site[1])
@@ -28,7 +30,7 @@ class Linear:
         return measured - predicted
 
     def observe(self, target, platform, times):
-        return (target.position(times) - platform.position(times)) @ self.weights
+        return (target.position_at(times) - platform.position_at(times)) @ self.weights
 
 
 @pytest.fixture
@@ -53,7 +55,7 @@ def kalman_filter(scenario, measured, mean, covariance):
             continue
         kalman.predict(F=tma.transition(time - now))
         now = time
-        here = scenario.platform.position(time)
+        here = scenario.platform.position_at(time)
         columns = np.flatnonzero(scenario.times == time)
         sensors = [s for s in scenario.sensors if time in s.times]
         h = np.array([[*s.model.weights, 0, 0] for s in sensors])
@@ -65,7 +67,7 @@ def kalman_filter(scenario, measured, mean, covariance):
 
 def test_equals_a_kalman_filter_on_a_linear_problem(linear):
     measured = linear.simulate(5, seed=1)
-    start = linear.with_(reference_time=0.0).state + [300, -200, 1, 2]
+    start = replace(linear, reference_time=0.0).state + [300, -200, 1, 2]
     track = tma.ekf(linear, measured, tma.Prior(start, PRIOR_COVARIANCE, 0.0))
     for run in range(5):
         mean, covariance = kalman_filter(linear, measured[run], start, PRIOR_COVARIANCE)
@@ -98,7 +100,7 @@ def dense_ekf(scenario, angles, mean, covariance, record):
         phi = tma.transition(time - now)
         x, p, now = phi @ x, phi @ p @ phi.T, time
         columns = np.flatnonzero(scenario.times == time)
-        value, gradient = scenario.with_(reference_time=time).linearise(x)
+        value, gradient = replace(scenario, reference_time=time).linearise(x)
         h, r = gradient[columns], np.diag(scenario.sigma[columns] ** 2)
         k = p @ h.T @ np.linalg.inv(h @ p @ h.T + r)
         x = x + k @ tma.wrap(angles[columns] - value[columns])
@@ -122,7 +124,7 @@ def test_equals_the_printed_recursion(scenario):
 
 def test_batch_equals_loop(scenario):
     angles = scenario.simulate(6, seed=8)
-    prior = tma.Prior(scenario.with_(reference_time=0.0).state, np.diag([1e6, 1e6, 4.0, 4.0]), 0.0)
+    prior = tma.Prior(replace(scenario, reference_time=0.0).state, np.diag([1e6, 1e6, 4.0, 4.0]), 0.0)
     whole = tma.ekf(scenario, angles, prior)
     np.testing.assert_allclose(tma.ekf(scenario, angles[4], prior).state, whole.state[4], rtol=1e-12)
 
@@ -131,7 +133,7 @@ def test_only_measurements_after_the_prior_are_used(scenario):
     angles = scenario.simulate(1, seed=8)
     changed = angles.copy()
     changed[:, scenario.times <= 100.0] += 0.5
-    prior = tma.Prior(scenario.with_(reference_time=100.0).state, np.diag([1e6, 1e6, 4.0, 4.0]), 100.0)
+    prior = tma.Prior(replace(scenario, reference_time=100.0).state, np.diag([1e6, 1e6, 4.0, 4.0]), 100.0)
     np.testing.assert_array_equal(
         tma.ekf(scenario, angles, prior).state, tma.ekf(scenario, changed, prior).state
     )
@@ -140,7 +142,7 @@ def test_only_measurements_after_the_prior_are_used(scenario):
 def test_consistent_with_a_good_prior(scenario):
     rng = np.random.default_rng(3)
     covariance = np.diag([50.0**2, 50.0**2, 0.3**2, 0.3**2])
-    truth = scenario.with_(reference_time=0.0).state
+    truth = replace(scenario, reference_time=0.0).state
     runs = 2000
     start = truth + rng.normal(size=(runs, 4)) * np.sqrt(np.diag(covariance))
     track = tma.ekf(scenario, scenario.simulate(runs, seed=4), tma.Prior(start, covariance, 0.0))
@@ -151,7 +153,7 @@ def test_consistent_with_a_good_prior(scenario):
 def test_a_diverged_run_is_flagged_and_stays(scenario):
     angles = scenario.simulate(3, seed=8)
     angles[1, 5] = np.nan
-    prior = tma.Prior(scenario.with_(reference_time=0.0).state, np.diag([1e6, 1e6, 4.0, 4.0]), 0.0)
+    prior = tma.Prior(replace(scenario, reference_time=0.0).state, np.diag([1e6, 1e6, 4.0, 4.0]), 0.0)
     track = tma.ekf(scenario, angles, prior)
     np.testing.assert_array_equal(track.finite, [True, False, True])
     assert track.state.shape == (3, 1, 4)
@@ -176,7 +178,7 @@ def polar_move(y, step, before, after):
 
 def polar_filter(scenario, angles, mean, covariance, time):
     """The textbook filter, one run: state in modified polar coordinates, Jacobian by finite differences."""
-    place = scenario.platform.position
+    place = scenario.platform.position_at
     chart = tma.ModifiedPolar(place(time))
     y = chart.from_state(mean)
     back = np.linalg.inv(chart.jacobian(y))
@@ -199,7 +201,7 @@ def polar_filter(scenario, angles, mean, covariance, time):
 @pytest.fixture
 def bearings(scenario):
     """The shared scenario with its instantaneous bearings alone."""
-    return scenario.with_(sensors=scenario.sensors[:1])
+    return replace(scenario, sensors=scenario.sensors[:1])
 
 
 def test_modified_polar_equals_the_textbook_filter(bearings):
@@ -238,7 +240,7 @@ def test_modified_polar_reaches_the_batch_estimate(bearings):
     The prior is off by 30 standard deviations times a Gaussian number, below 4 here, and has 1 / 900 of
     the weight: it pulls by less than 4 / 30. The rest is second order in sigma.
     """
-    sharp = bearings.with_(sensors=[tma.Sensor(tma.Bearing(), bearings.times, 1e-5)])
+    sharp = replace(bearings, sensors=[tma.Sensor(tma.Bearing(), bearings.times, 1e-5)])
     angles, bound = sharp.simulate(20, seed=8), tma.crlb(sharp)
     wrong = np.random.default_rng(2).standard_normal((20, 4)).clip(-4, 4)
     start = tma.propagate(sharp.state + 30 * wrong @ np.linalg.cholesky(bound).T, -601.0)
@@ -254,7 +256,7 @@ def test_modified_polar_reaches_the_batch_estimate(bearings):
 
 def test_modified_polar_is_cartesian_for_small_steps(bearings):
     """With a prior s times as wide the two part by s^2: to first order the change of chart is linear."""
-    truth = bearings.with_(reference_time=0.0).state
+    truth = replace(bearings, reference_time=0.0).state
     spread = np.array([500.0, 500.0, 1.0, 1.0])
     apart = []
     for scale in (1e-2, 1e-3):
@@ -269,7 +271,7 @@ def test_modified_polar_is_cartesian_for_small_steps(bearings):
 def test_cartesian_chart_is_no_chart(scenario):
     """Both kinds of bearings, two at a time."""
     angles = scenario.simulate(3, seed=8)
-    prior = tma.Prior(scenario.with_(reference_time=0.0).state, np.diag([1e6, 1e6, 4.0, 4.0]), 0.0)
+    prior = tma.Prior(replace(scenario, reference_time=0.0).state, np.diag([1e6, 1e6, 4.0, 4.0]), 0.0)
 
     class Plain(tma.Cartesian):
         def __init__(self, origin):
@@ -304,7 +306,7 @@ def test_a_run_without_range_is_reported_and_stays_alone(bearings):
 def test_prior_along_first_bearing(scenario):
     angles = scenario.simulate(3, seed=8)
     prior = tma.prior_along_first_bearing(scenario, angles, 5e3, 2e3, 10.0)
-    chart = tma.ModifiedPolar(scenario.platform.position(0.0))
+    chart = tma.ModifiedPolar(scenario.platform.position_at(0.0))
     points = chart.from_state(prior.mean)
     back = chart.inverse_jacobian(points)
     polar = back @ prior.covariance @ back.mT
@@ -322,13 +324,13 @@ def test_prior_along_first_bearing(scenario):
 def test_filter_of_the_tables_differs_only_at_radar_only_instants():
     scenario = emw.scenario(1)
     value, gradient = scenario.linearise(scenario.state)
-    other_value, other_gradient = emw.for_filter(scenario, "tables").linearise(scenario.state)
+    other_value, other_gradient = emw.filter_scenario(scenario, "tables").linearise(scenario.state)
     np.testing.assert_array_equal(other_value, value)
     radar = slice(0, 1200)
     with_sonar = np.isin(scenario.times[radar], scenario.sensors[1].times)
     changed = np.any(other_gradient[radar] != gradient[radar], axis=1)
     np.testing.assert_array_equal(changed, ~with_sonar)
-    late = scenario.with_(sensors=[tma.Sensor(tma.DelayedBearing(), scenario.sensors[0].times, 1.0)])
+    late = replace(scenario, sensors=[tma.Sensor(tma.DelayedBearing(), scenario.sensors[0].times, 1.0)])
     delayed = late.linearise(scenario.state)[1]
     np.testing.assert_allclose(other_gradient[radar][~with_sonar], delayed[~with_sonar])
 

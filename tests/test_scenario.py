@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,11 +10,11 @@ def rotated(scenario, angle, shift):
     """The whole scenario turned clockwise by ``angle`` and moved by ``shift``."""
     rotation = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     times = scenario.sensors[0].times
-    platform = tma.SampledCourse(times, scenario.platform.position(times) @ rotation.T + shift)
+    platform = tma.SampledCourse(times, scenario.platform.position_at(times) @ rotation.T + shift)
     target = tma.Target.from_velocity(
-        rotation @ scenario.target.position(0.0) + shift, rotation @ scenario.target.velocity
+        rotation @ scenario.target.position_at(0.0) + shift, rotation @ scenario.target.velocity
     )
-    return scenario.with_(target=target, platform=platform), rotation
+    return replace(scenario, target=target, platform=platform), rotation
 
 
 def test_rotation_and_translation_invariance(scenario):
@@ -57,7 +59,7 @@ def test_until_keeps_columns_and_moves_the_state(scenario):
 
 def test_truth_may_leave_the_model(scenario):
     turning = tma.Course((4e3, 5e3), 6.0, 2.5, [tma.Turn(700.0, 0.001)], start_time=-100.0)
-    bent = scenario.with_(target=turning)
+    bent = replace(scenario, target=turning)
     assert np.abs(tma.wrap(bent.measure() - scenario.measure())).max() > 0.01
     assert bent.simulate(2, seed=1).shape == (2, 77)
 
@@ -97,4 +99,4 @@ def test_sensors_must_agree_on_the_state(scenario):
         coordinates = ("x", "y", "z", "vx", "vy")
 
     with pytest.raises(ValueError, match="same state"):
-        scenario.with_(sensors=[scenario.sensors[0], tma.Sensor(Deep(), [0.0], 0.1)])
+        replace(scenario, sensors=[scenario.sensors[0], tma.Sensor(Deep(), [0.0], 0.1)])

@@ -1,5 +1,6 @@
 """Response of the batch estimate to a displaced target: against fits, brute force and exact geometry."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -7,7 +8,8 @@ import pytest
 
 import tmalib as tma
 from tmalib import sensitivity as sens
-from tmalib.papers import robustness as paper
+from tmalib.papers.conical_angles import scenarios as conical_angles
+from tmalib.papers.robustness import scenarios as paper
 
 
 @pytest.fixture(scope="module")
@@ -17,7 +19,7 @@ def straight():
 
 @pytest.fixture(scope="module")
 def final(straight):
-    return sens.position_at(straight, paper.DURATION)
+    return sens.position_criterion(straight, paper.DURATION)
 
 
 @pytest.fixture(scope="module")
@@ -25,14 +27,12 @@ def small():
     """Nine bearings: few enough to try all corners of the box."""
     geometry = paper.reference().straight
     sensor = tma.Sensor(tma.Bearing(), np.arange(2.0, 20, 2), paper.SIGMA)
-    return geometry.with_(sensors=[sensor])
+    return replace(geometry, sensors=[sensor])
 
 
 @pytest.fixture(scope="module")
 def conical():
     """A scenario with another model, another state and two sensors."""
-    from tmalib.papers import conical_angles
-
     return conical_angles.section_5_2(2000.0, assumed_depth=100.0)
 
 
@@ -96,7 +96,7 @@ def test_theorem_1(straight):
 
 @pytest.mark.parametrize("rows", ["state", "position"])
 def test_worst_sup_against_all_corners(small, rows):
-    criterion = np.eye(4) if rows == "state" else sens.position_at(small, 20.0)
+    criterion = np.eye(4) if rows == "state" else sens.position_criterion(small, 20.0)
     gain = criterion @ sens.response(small).gain
     corners = np.array(list(product([-1.0, 1.0], repeat=len(small.times))))
     best = 2.0 * np.linalg.norm(corners @ gain.T, axis=1).max()
@@ -157,9 +157,9 @@ def test_stealth_of_a_nearer_target_is_the_way_to_its_line_of_sight(straight):
     """Exact geometry: the displaced target is on the other target's ray."""
     other = straight.state * np.array([1.001, 1.0005, 1.0, 1.002])
     found = sens.stealth(straight, other)
-    here = straight.platform.position(straight.times)
+    here = straight.platform.position_at(straight.times)
     ray = tma.propagate(other, straight.times)[:, :2] - here
-    seen = straight.target.position(straight.times) + found - here
+    seen = straight.target.position_at(straight.times) + found - here
     assert np.abs(ray[:, 0] * seen[:, 1] - ray[:, 1] * seen[:, 0]).max() < 1e-6 * np.hypot(*ray.T).max()
     assert np.all(np.sum(ray * seen, axis=1) > 0)
 
@@ -186,7 +186,7 @@ def test_nearest_motion():
     geometry = paper.reference()
     times = geometry.circle.times
     turn = np.array([[np.cos(1.0), -np.sin(1.0)], [np.sin(1.0), np.cos(1.0)]])
-    positions = geometry.target.position(times) @ turn.T + [1e4, -3e4]
+    positions = geometry.target.position_at(times) @ turn.T + [1e4, -3e4]
     for norm in ("sum", "squares", "largest"):
         state = sens.nearest_motion(times, positions, reference_time=5.0, norm=norm)
         gap = positions - tma.propagate(state, times - 5.0)[:, :2]
@@ -214,10 +214,10 @@ def test_random_geometries_have_what_the_paper_prints():
             (geometry.target, paper.TARGET_SPEED, paper.TARGET_ACCELERATION),
         ):
             dt = 1e-3
-            places = course.position(np.array([3.0 - dt, 3.0, 3.0 + dt]))
+            places = course.position_at(np.array([3.0 - dt, 3.0, 3.0 + dt]))
             assert np.hypot(*np.diff(places, axis=0)[0]) / dt == pytest.approx(speed, rel=1e-5)
             assert np.hypot(*np.diff(places, 2, axis=0)[0]) / dt**2 == pytest.approx(acceleration, rel=1e-3)
-        gap = geometry.target.position(geometry.circle.times) - geometry.platform.position(
+        gap = geometry.target.position_at(geometry.circle.times) - geometry.platform.position_at(
             geometry.circle.times
         )
         assert np.hypot(*gap.T).min() > 900

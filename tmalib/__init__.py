@@ -1,4 +1,4 @@
-"""Target motion analysis from angles: scenarios, bounds, estimators, Monte-Carlo, verdicts.
+"""Target motion analysis from angles: scenarios, bounds, estimators, Monte-Carlo.
 
 >>> import numpy as np, tmalib as tma
 >>> platform = tma.Course((0, 0), speed=7, heading=np.pi / 2,
@@ -17,6 +17,7 @@ True
 """
 
 from . import sensitivity
+from .averaging import average_measurements
 from .batch import Fit, along_first_bearing, distinct_minima, fit
 from .bearings import Bearing, DelayedBearing, bearing, propagation_delay, wrap
 from .bounds import (
@@ -31,12 +32,15 @@ from .bounds import (
 )
 from .charts import Cartesian, ModifiedPolar
 from .cones import BOTTOM_BOUNCE, DIRECT, SURFACE_BOUNCE, ConicalAngle, RayPath, image_depth
+from .consistency import Consistency, compare_with_truth, fit_over_time
+from .curved import AcceleratedBearing, TurningBearing
 from .ghosts import admissible, find_ghosts
-from .montecarlo import Statistics, monte_carlo, statistics, stream
-from .motion import Course, SampledCourse, Straight, Target, Turn, propagate, transition
+from .montecarlo import Runs, Source, Statistics, Stream, monte_carlo, statistics
+from .motion import Course, SampledCourse, Straight, Target, Turn
 from .particles import Cloud, ParticleTrack, cloud_along_first_bearing, sir
 from .recursive import Prior, Track, ekf, prior_along_first_bearing
 from .scenario import Scenario, Sensor
+from .uniform import propagate, transition
 
 __version__ = "0.1.0"
 
@@ -44,10 +48,12 @@ __all__ = [
     "BOTTOM_BOUNCE",
     "DIRECT",
     "SURFACE_BOUNCE",
+    "AcceleratedBearing",
     "Bearing",
     "Cartesian",
     "Cloud",
     "ConicalAngle",
+    "Consistency",
     "Course",
     "DelayedBearing",
     "Ellipse",
@@ -56,18 +62,24 @@ __all__ = [
     "ParticleTrack",
     "Prior",
     "RayPath",
+    "Runs",
     "SampledCourse",
     "Scenario",
     "Sensor",
+    "Source",
     "Statistics",
     "Straight",
+    "Stream",
     "Target",
     "Track",
     "Turn",
+    "TurningBearing",
     "admissible",
     "along_first_bearing",
+    "average_measurements",
     "bearing",
     "cloud_along_first_bearing",
+    "compare_with_truth",
     "confidence_ellipse",
     "crlb",
     "crlb_sigma",
@@ -76,6 +88,7 @@ __all__ = [
     "find_ghosts",
     "fisher_information",
     "fit",
+    "fit_over_time",
     "image_depth",
     "information_rank",
     "monte_carlo",
@@ -87,7 +100,6 @@ __all__ = [
     "sensitivity",
     "sir",
     "statistics",
-    "stream",
     "transition",
     "wrap",
 ]  # fmt: skip

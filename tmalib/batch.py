@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import levenberg_marquardt
-from ._checks import check_count, check_scalar
 from .charts import Cartesian, ModifiedPolar
+from .checks import check_count, check_scalar
 
 BLOCK_ELEMENTS = 72_000  # runs x measurements of the largest sensor: about 600 kB an array
 
@@ -75,7 +75,7 @@ def along_first_bearing(scenario, angles, range):
             f"a start along a bearing needs the state (x, y, vx, vy), got {scenario.coordinates}"
         )
     first = int(np.argmin(scenario.times))
-    here = scenario.platform.position(scenario.times[first])
+    here = scenario.platform.position_at(scenario.times[first])
     theta = angles[..., first]
     rest = np.zeros_like(theta)
     return np.stack([here[0] + range * np.sin(theta), here[1] + range * np.cos(theta), rest, rest], axis=-1)
@@ -127,10 +127,9 @@ def fit(scenario, angles, start, *, chart=None, safeguard=True, tolerance=1e-2, 
     angles = np.broadcast_to(angles, (*shape, angles.shape[-1])).reshape(-1, angles.shape[-1])
     start = np.broadcast_to(start, (*shape, start.shape[-1])).reshape(-1, start.shape[-1])
     block = max(1, BLOCK_ELEMENTS // max(len(sensor) for sensor in scenario.sensors))
-    np.empty(1 << 21)  # glibc: one large array freed, and small ones are no longer returned to the system
-    tiles = levenberg_marquardt.tiles(scenario, min(block, len(angles)))
+    repeated = levenberg_marquardt.repeat_for_runs(scenario, min(block, len(angles)))
     parts = [
-        levenberg_marquardt.iterate(tiles, angles[i : i + block], start[i : i + block], *settings)
+        levenberg_marquardt.minimise(repeated, angles[i : i + block], start[i : i + block], *settings)
         for i in range(0, len(angles), block)
     ]
     fields = [np.concatenate(column) for column in zip(*parts, strict=True)]
@@ -187,4 +186,4 @@ def default_chart(scenario):
     if scenario.coordinates != ("x", "y", "vx", "vy"):
         return Cartesian()
     nearest = scenario.times[np.argmin(np.abs(scenario.times - scenario.reference_time))]
-    return ModifiedPolar(scenario.platform.position(nearest))
+    return ModifiedPolar(scenario.platform.position_at(nearest))

@@ -1,7 +1,7 @@
 """Bearings that arrive at once and bearings that arrive late: value and gradient together.
 
 The target has the state ``X = (x, y, vx, vy)`` at the reference time and constant velocity. A
-bearing taken at time ``t``, a *lag* ``s = t - t_ref`` later, sees the relative position::
+bearing taken at time ``t``, ``s = t - t_ref`` seconds later, sees the relative position::
 
     d = (x + s vx - xo, y + s vy - yo) = r (sin theta, cos theta).
 
@@ -25,11 +25,12 @@ A *measurement model* is an object with
 
 ``coordinates``
     names of the state's components, in order;
-``site(platform, times)``
+``observer_state(platform, times)``
     what the model has to know of the platform, an array ``(k, N)``;
-``kernel(state, site, lag)``
-    value and gradient, elementwise: ``state`` is a sequence of n arrays that broadcast against the
-    rows of ``site`` and against ``lag``; returns the value and its gradient, components first;
+``value_and_gradient(state, observer, elapsed)``
+    value and gradient, elementwise: ``state`` is a sequence of n arrays that broadcast against the rows of
+    ``observer`` and against ``elapsed``, the seconds since the reference time; returns the value and its
+    gradient, components first;
 ``residual(measured, predicted)``
     measured minus predicted, wrapped where the measurement is an angle;
 ``observe(target, platform, times)``
@@ -44,7 +45,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._checks import check_scalar
+from .checks import check_scalar
 
 TWO_PI = 2 * np.pi
 
@@ -99,23 +100,23 @@ def propagation_delay(displacement, velocity, c):
     fastest = np.max(np.hypot(vx, vy), initial=0.0)
     if not fastest < c:
         raise ValueError(f"the target must be slower than c = {c} m/s, got a speed of {fastest} m/s")
-    return _delay(dx, dy, vx, vy, c)
+    return delay_of(dx, dy, vx, vy, c)
 
 
-def _delay(dx, dy, vx, vy, c):
+def delay_of(dx, dy, vx, vy, c):
     radial = vx * dx + vy * dy
     slack = c * c - (vx * vx + vy * vy)
     return (np.sqrt(radial * radial + slack * (dx * dx + dy * dy)) - radial) / slack
 
 
-def displacement(state, site, lag):
+def displacement(state, observer, elapsed):
     """Target minus platform at the measurement times, as two fresh arrays."""
     x, y, vx, vy = state
-    dx, dy = lag * vx, lag * vy
+    dx, dy = elapsed * vx, elapsed * vy
     dx += x
-    dx -= site[0]
+    dx -= observer[0]
     dy += y
-    dy -= site[1]
+    dy -= observer[1]
     return dx, dy
 
 
@@ -124,9 +125,9 @@ class _Angle:
 
     coordinates = ("x", "y", "vx", "vy")
 
-    def site(self, platform, times):
+    def observer_state(self, platform, times):
         """Position of the platform, shape ``(2, N)``."""
-        return np.ascontiguousarray(platform.position(times).T)
+        return np.ascontiguousarray(platform.position_at(times).T)
 
     def residual(self, measured, predicted):
         """Difference of two angles, in [-pi, pi]."""
@@ -137,18 +138,18 @@ class _Angle:
 class Bearing(_Angle):
     """Instantaneous bearing (electromagnetic or optical), `emw-acoustic` equation (6)."""
 
-    def kernel(self, state, site, lag):
-        dx, dy = displacement(state, site, lag)
+    def value_and_gradient(self, state, observer, elapsed):
+        dx, dy = displacement(state, observer, elapsed)
         scale = 1.0 / (dx * dx + dy * dy)
         gradient = np.empty((4, *dx.shape))
         np.multiply(dy, scale, out=gradient[0, ...])
         np.multiply(dx, -scale, out=gradient[1, ...])
-        np.multiply(lag, gradient[:2], out=gradient[2:])
+        np.multiply(elapsed, gradient[:2], out=gradient[2:])
         return np.arctan2(dx, dy), gradient
 
     def observe(self, target, platform, times):
         """Bearing of the target at the ``times``, in radians, shape ``(N,)``."""
-        return bearing(target.position(times) - platform.position(times))
+        return bearing(target.position_at(times) - platform.position_at(times))
 
 
 @dataclass(frozen=True)
@@ -166,10 +167,10 @@ class DelayedBearing(_Angle):
     def __post_init__(self):
         check_scalar("c", self.c, above=0.0)
 
-    def kernel(self, state, site, lag):
+    def value_and_gradient(self, state, observer, elapsed):
         _, _, vx, vy = state
-        dx, dy = displacement(state, site, lag)
-        tau = _delay(dx, dy, vx, vy, self.c)
+        dx, dy = displacement(state, observer, elapsed)
+        tau = delay_of(dx, dy, vx, vy, self.c)
         dx -= tau * vx
         dy -= tau * vy
         scale = 1.0 / (self.c * tau)
@@ -178,7 +179,7 @@ class DelayedBearing(_Angle):
         gradient = np.empty((4, *dx.shape))
         np.multiply(cos + q * sin, scale, out=gradient[0, ...])
         np.multiply(q * cos - sin, scale, out=gradient[1, ...])
-        np.multiply(lag - tau, gradient[:2], out=gradient[2:])
+        np.multiply(elapsed - tau, gradient[:2], out=gradient[2:])
         return np.arctan2(dx, dy), gradient
 
     def observe(self, target, platform, times, tolerance=1e-12, max_iterations=2000):
@@ -188,11 +189,11 @@ class DelayedBearing(_Angle):
         contracts by the ratio of speeds. It needs the target's position before the first time.
         """
         times = np.asarray(times, dtype=float)
-        here = platform.position(times)
+        here = platform.position_at(times)
         tau = np.zeros_like(times)
         for _ in range(max_iterations):
-            gap = target.position(times - tau) - here
+            gap = target.position_at(times - tau) - here
             before, tau = tau, np.hypot(gap[..., 0], gap[..., 1]) / self.c
             if np.max(np.abs(tau - before), initial=0.0) <= tolerance * (1 + np.max(tau, initial=0.0)):
-                return bearing(target.position(times - tau) - here)
+                return bearing(target.position_at(times - tau) - here)
         raise ValueError(f"no propagation delay found for c = {self.c} m/s: is the target slower than sound?")

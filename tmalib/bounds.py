@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._checks import check_array, check_count, check_scalar
+from .checks import check_array, check_count, check_probability
 
 RANK_TOLERANCE = 1e-12  # singular value of the scaled Jacobian, relative to the largest
 
@@ -126,13 +126,6 @@ class Ellipse:
         return float(np.pi * np.prod(self.semi_axes))
 
 
-def _check_probability(value):
-    value = check_scalar("probability", value, above=0.0)
-    if value >= 1:
-        raise ValueError(f"probability must be below 1, got {value}")
-    return value
-
-
 def confidence_ellipse(centre, covariance, probability=0.9):
     """Ellipse that holds a Gaussian point with the given probability.
 
@@ -149,7 +142,7 @@ def confidence_ellipse(centre, covariance, probability=0.9):
     -----
     The level is the quantile of chi-square with two degrees of freedom, ``-2 log(1 - p)``.
     """
-    probability = _check_probability(probability)
+    probability = check_probability(probability)
     centre = check_array("centre", np.asarray(centre, dtype=float)[..., :2], (2,))
     block = check_array("covariance", np.asarray(covariance, dtype=float)[..., :2, :2], (2, 2))
     values, vectors = np.linalg.eigh(block)
@@ -194,7 +187,7 @@ def nees_limits(n, runs, probability=0.9):
     """
     from scipy.stats import chi2  # imported here: it costs half a second
 
-    probability = _check_probability(probability)
+    probability = check_probability(probability)
     runs, n = check_count("runs", runs), check_count("n", n)
     tail = (1 - probability) / 2
     return chi2.ppf([tail, 1 - tail], n * runs) / runs

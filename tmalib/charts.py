@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._checks import check_array
+from .checks import check_array, store
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Cartesian:
         return np.broadcast_to(np.eye(point.shape[-1]), (*point.shape, point.shape[-1]))
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, eq=False)
 class ModifiedPolar:
     """Bearing (rad), inverse range (1/m), radial and transverse velocity over range (1/s).
 
@@ -55,8 +55,8 @@ class ModifiedPolar:
 
     origin: np.ndarray
 
-    def __init__(self, origin):
-        object.__setattr__(self, "origin", check_array("origin", origin, (2,)))
+    def __post_init__(self):
+        store(self, origin=check_array("origin", self.origin, (2,)))
 
     def from_state(self, state):
         """Coordinates ``(..., 4)`` of states ``(x, y, vx, vy)``; not finite for a target at the origin."""

@@ -9,7 +9,7 @@ to the target, the array's heading ``h`` and the depth ``zeta`` of the image bel
     m = (dx sin h + dy cos h) / R,      R = sqrt(dx^2 + dy^2 + zeta^2),
     zeta = -2 delta nB (-1)^(nS + nB) D - zO + (-1)^(nS + nB) zT.
 
-The gradient with respect to ``(x, y, z, vx, vy)`` at the reference time, a lag ``s`` before, is::
+The gradient with respect to ``(x, y, z, vx, vy)`` at the reference time, ``s`` seconds before, is::
 
     dm/dx = (sin h - m dx / R) / R,    dm/dy = (cos h - m dy / R) / R,
     dm/dz = -m zeta / R^2 dzeta/dz,    dm/dvx = s dm/dx,    dm/dvy = s dm/dy.
@@ -23,8 +23,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._checks import check_scalar
 from .bearings import displacement
+from .checks import check_scalar
 
 
 @dataclass(frozen=True)
@@ -144,18 +144,18 @@ class ConicalAngle:
         """``(x, y, vx, vy)`` with an assumed depth, ``(x, y, z, vx, vy)`` without."""
         return ("x", "y", "z", "vx", "vy") if self.assumed_depth is None else ("x", "y", "vx", "vy")
 
-    def site(self, platform, times):
+    def observer_state(self, platform, times):
         """Position, sine and cosine of the array's heading, shape ``(4, N)``."""
         times = np.asarray(times, dtype=float)
-        heading = platform.heading(np.maximum(times - self.heading_lag, times[0]))
-        return np.stack([*platform.position(times).T, np.sin(heading), np.cos(heading)])
+        heading = platform.heading_at(np.maximum(times - self.heading_lag, times[0]))
+        return np.stack([*platform.position_at(times).T, np.sin(heading), np.cos(heading)])
 
-    def kernel(self, state, site, lag):
+    def value_and_gradient(self, state, observer, elapsed):
         x, y, *depth, vx, vy = state
-        dx, dy = displacement((x, y, vx, vy), site, lag)
+        dx, dy = displacement((x, y, vx, vy), observer, elapsed)
         zeta = self._zeta(depth[0] if depth else self.assumed_depth)
         scale = 1.0 / np.sqrt(dx * dx + dy * dy + zeta * zeta)
-        sin, cos = site[2], site[3]
+        sin, cos = observer[2], observer[3]
         value = (dx * sin + dy * cos) * scale
         gradient = np.empty((len(state), *value.shape))
         along = value * scale
@@ -163,7 +163,7 @@ class ConicalAngle:
         np.multiply(cos - along * dy, scale, out=gradient[1, ...])
         if depth:
             np.multiply(along * scale, -zeta * self.path.image(self.bottom_depth)[0], out=gradient[2, ...])
-        np.multiply(lag, gradient[:2], out=gradient[-2:])
+        np.multiply(elapsed, gradient[:2], out=gradient[-2:])
         return value, gradient
 
     def _zeta(self, target_depth):
@@ -178,6 +178,6 @@ class ConicalAngle:
         """Cosine of the conical angle of the target, at its true depth, shape ``(N,)``."""
         if target.depth is None:
             raise ValueError("a conical angle needs the target's depth; give Target(depth=...)")
-        dx, dy = (target.position(times) - platform.position(times)).T
-        _, _, sin, cos = self.site(platform, times)
+        dx, dy = (target.position_at(times) - platform.position_at(times)).T
+        _, _, sin, cos = self.observer_state(platform, times)
         return (dx * sin + dy * cos) / np.sqrt(dx**2 + dy**2 + self._zeta(target.depth) ** 2)

@@ -34,18 +34,19 @@ TOO_FAR = "no minimum at a finite range"
 REASONS = (CONVERGED, NOT_FINITE, NO_DESCENT, TOO_LONG, TOO_FAR)
 
 
-def tiles(scenario, runs):
-    """The scenario's pieces with site and lag repeated for every run of a block.
+def repeat_for_runs(scenario, runs):
+    """Sensors, columns, observer and elapsed times, the last two repeated for every run of a block.
 
     NumPy pays a third of a microsecond for each row of a broadcast; arrays of one shape are free of it.
     """
+    np.empty(1 << 21)  # glibc: one large array freed, and small ones are no longer returned to the system
     return [
-        (sensor, columns, np.tile(site, (1, runs)), np.tile(lag, runs))
-        for sensor, columns, site, lag in scenario.pieces
+        (sensor, columns, np.tile(observer, (1, runs)), np.tile(elapsed, runs))
+        for sensor, columns, observer, elapsed in scenario.blocks
     ]
 
 
-def iterate(pieces, angles, start, chart, safeguard, tolerance, max_iterations):
+def minimise(blocks, angles, start, chart, safeguard, tolerance, max_iterations):
     """`fit` for a two-dimensional block of runs; returns the fields of `Fit` in order."""
     runs, n = start.shape
     state = np.full((runs, n), np.nan)
@@ -65,13 +66,13 @@ def iterate(pieces, angles, start, chart, safeguard, tolerance, max_iterations):
     origin = chart.from_state(start)
     active = np.flatnonzero(np.isfinite(angles).all(axis=-1) & np.isfinite(origin).all(axis=-1))
     trial = origin[active]
-    measured = [angles[active, columns] for _, columns, _, _ in pieces]
+    measured = [angles[active, columns] for _, columns, _, _ in blocks]
     best, best_cost, damping = trial, np.full(len(active), np.inf), np.zeros(len(active))
     matrix, slope = np.zeros((len(active), n, n)), np.zeros((len(active), n))
     for evaluations in range(1, max_iterations + 1):
         if not len(active):
             break
-        trial_cost, trial_matrix, trial_slope = _normal_equations(pieces, measured, trial, chart)
+        trial_cost, trial_matrix, trial_slope = _normal_equations(blocks, measured, trial, chart)
         better = trial_cost < best_cost if safeguard else np.isfinite(trial_cost)
         if better.all():
             best, best_cost, matrix, slope = trial, trial_cost, trial_matrix, trial_slope
@@ -101,7 +102,7 @@ def iterate(pieces, angles, start, chart, safeguard, tolerance, max_iterations):
     return state, reason == CONVERGED, reason, iterations, cost
 
 
-def _normal_equations(pieces, measured, point, chart):
+def _normal_equations(blocks, measured, point, chart):
     """Criterion ``e'e``, ``J'J`` and ``J'e`` of whitened residuals, in the chart's coordinates.
 
     ``measured`` holds one ``(runs, N_s)`` array a sensor and ``point`` is ``(runs, n)``; the results are
@@ -112,10 +113,10 @@ def _normal_equations(pieces, measured, point, chart):
     cost, slope, matrix = np.zeros(runs), np.zeros((n, runs)), np.zeros((n, n, runs))
     with np.errstate(all="ignore"):  # a state outside the model's domain gives NaN and is refused
         state = chart.to_state(point).T
-        for (sensor, _, site, lag), angles in zip(pieces, measured, strict=True):
+        for (sensor, _, observer, elapsed), angles in zip(blocks, measured, strict=True):
             size = angles.size
-            value, gradient = sensor.model.kernel(
-                np.repeat(state, angles.shape[1], axis=1), site[:, :size], lag[:size]
+            value, gradient = sensor.model.value_and_gradient(
+                np.repeat(state, angles.shape[1], axis=1), observer[:, :size], elapsed[:size]
             )
             residual = sensor.model.residual(angles, value.reshape(angles.shape))
             gradient = gradient.reshape(n, *angles.shape)

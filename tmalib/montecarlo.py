@@ -2,48 +2,109 @@
 
 An experiment is a *task*, a function of a seed and a number of runs that returns named arrays with one
 row a run. `monte_carlo` calls it for chunks of 500 runs. Chunk k of a stream always gets the seed
-``SeedSequence(entropy=seed, spawn_key=(stream, k))``, so the first 500 runs of a long experiment are
+``SeedSequence(entropy=seed, spawn_key=(number, k))``, so the first 500 runs of a long experiment are
 the short experiment, and the result does not depend on who computes which chunk.
 """
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from ._checks import check_count
+from .checks import check_count, store
 
 SEED = 2016
 CHUNK = 500
-
-# Name of a stream -> its number. Add at the end; never renumber.
-STREAMS = {
-    "emw/1": 0,
-    "emw/2": 1,
-    "emw/3": 2,
-    "emw/4": 3,
-    "emw/5": 4,
-    "emw/6": 5,
-    "example": 6,
-    "conical/3.2": 7,
-    "conical/4.2": 8,
-    "conical/5.2": 9,
-    "robustness/noise": 10,
-    "robustness/stochastic": 11,
-    "robustness/geometries": 12,
-    "robustness/filters": 13,
-}
+NAMED = 1 << 32  # streams that a name numbers come after this; lower numbers are given by hand
 
 
-def stream(name, chunk=0, seed=SEED):
-    """Seed of a chunk of a named stream, a `numpy.random.SeedSequence`."""
-    if name not in STREAMS:
-        raise ValueError(f"stream must be one of {sorted(STREAMS)}, got {name!r}")
-    return np.random.SeedSequence(entropy=seed, spawn_key=(STREAMS[name], chunk))
+@dataclass(frozen=True)
+class Stream:
+    """A named stream of random numbers; the same name gives the same numbers for ever.
+
+    Parameters
+    ----------
+    name : str
+    number : int, optional
+        What goes into the seeds. By default it is made from the name.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(Stream("my study").chunk())
+    """
+
+    name: str
+    number: int = -1
+
+    def __post_init__(self):
+        if not isinstance(self.name, str) or not self.name:
+            raise ValueError(f"the name of a stream must be a text that is not empty, got {self.name!r}")
+        if self.number < 0:
+            digest = hashlib.sha256(self.name.encode()).digest()
+            store(self, number=NAMED + int.from_bytes(digest[:4]))
+
+    def chunk(self, k=0, seed=SEED):
+        """Seed of a chunk, a `numpy.random.SeedSequence`."""
+        return np.random.SeedSequence(entropy=seed, spawn_key=(self.number, k))
+
+    @property
+    def source(self):
+        """The `Source` of numbers that are drawn from the stream without a task."""
+        return Source("", self.name, SEED, 0)
 
 
-def monte_carlo(task, runs, name, *, seed=SEED, executor=None):
+@dataclass(frozen=True)
+class Source:
+    """Where runs come from: task, stream, seed and number of runs.
+
+    Numbers drawn from a stream without a task have an empty one, and 0 runs.
+    """
+
+    task: str
+    stream: str
+    seed: int
+    runs: int
+
+    def __str__(self):
+        made = f"{self.task}, {self.runs} runs, " if self.task else ""
+        return f"{made}stream {self.stream}, seed {self.seed}"
+
+
+class Runs(Mapping):
+    """Named arrays with one row a run, and their `Source`."""
+
+    def __init__(self, arrays, source):
+        self._arrays, self.source = dict(arrays), source
+
+    def __getitem__(self, key):
+        return self._arrays[key]
+
+    def __iter__(self):
+        return iter(self._arrays)
+
+    def __len__(self):
+        return len(self._arrays)
+
+    def __repr__(self):
+        return f"Runs({', '.join(self)}; {self.source})"
+
+
+def task_name(task):
+    """A task in words: ``module.function(argument=value)``, also of a `functools.partial`."""
+    settings = []
+    while isinstance(task, partial):
+        settings = [*map(repr, task.args), *(f"{k}={v!r}" for k, v in task.keywords.items()), *settings]
+        task = task.func
+    name = f"{task.__module__}.{task.__qualname__}"
+    return f"{name}({', '.join(settings)})" if settings else name
+
+
+def monte_carlo(task, runs, stream, *, seed=SEED, executor=None):
     """Run a task ``runs`` times and return its arrays, one row a run.
 
     Parameters
@@ -52,22 +113,33 @@ def monte_carlo(task, runs, name, *, seed=SEED, executor=None):
         ``task(seed, runs)`` returns a dict of arrays with leading axis ``runs``. With a process pool it
         must be picklable: a function of a module, or a `functools.partial` of one.
     runs : int
-    name : str
-        Name of the random stream.
+    stream : Stream or str
+        Where the random numbers come from; any name will do.
     seed : int
     executor : concurrent.futures.Executor, optional
         Anything with an ordered ``map``: a process pool, dask's or mpi4py's executor. Serial by default.
 
     Returns
     -------
-    dict of ndarray
-        Bit-identical for every executor and number of workers.
+    Runs
+        The arrays by name, bit-identical for every executor and number of workers, and their ``source``.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> def toss(seed, runs):
+    ...     return {"heads": np.random.default_rng(seed).random(runs) < 0.5}
+    >>> found = monte_carlo(toss, 1000, "coins")
+    >>> found["heads"].shape, found.source.runs
+    ((1000,), 1000)
     """
     runs = check_count("runs", runs)
+    stream = stream if isinstance(stream, Stream) else Stream(stream)
     counts = [min(CHUNK, runs - first) for first in range(0, runs, CHUNK)]
-    seeds = [stream(name, chunk, seed) for chunk in range(len(counts))]
+    seeds = [stream.chunk(k, seed) for k in range(len(counts))]
     parts = list((executor.map if executor else map)(task, seeds, counts))
-    return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+    arrays = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+    return Runs(arrays, Source(task_name(task), stream.name, seed, runs))
 
 
 @dataclass(frozen=True)

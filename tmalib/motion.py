@@ -1,8 +1,7 @@
 """Courses: where a platform or a target is, and which way it heads, at a time.
 
-A *motion* is anything with ``position(t)`` and ``heading(t)``. Four are here: `Target` (constant
-velocity, the papers' target), `Course` (legs and turns), `SampledCourse` (given points) and, for an
-estimator's state vector, the pair `propagate` and `transition`.
+A *motion* is anything with ``position_at(t)`` and ``heading_at(t)``. Three are here: `Target` (constant
+velocity, the papers' target), `Course` (legs and turns) and `SampledCourse` (given points).
 
 A leg of constant turn rate ``w`` that starts at ``p0`` with heading ``h0`` and speed ``v`` reaches,
 after ``s`` seconds::
@@ -17,11 +16,12 @@ East is x, north is y, headings are clockwise from north, in radians; metres and
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
-from ._checks import check_array, check_scalar
+from .checks import check_array, check_scalar, store
 
 
 def unit(heading):
@@ -30,7 +30,7 @@ def unit(heading):
     return np.stack([np.sin(heading), np.cos(heading)], axis=-1)
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, eq=False)
 class Target:
     """A target in constant velocity motion, ``P(t) = P(0) + t V``.
 
@@ -50,44 +50,54 @@ class Target:
     Notes
     -----
     Source: the state vector of `emw-acoustic`, Section II.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> target = Target((3000, 4000), speed=5, heading=0.0)
+    >>> replace(target, speed=3).position_at(10.0)
+    array([3000., 4030.])
     """
 
-    position_at_time: np.ndarray
-    velocity: np.ndarray
+    position: np.ndarray
+    speed: float
+    heading: float
     depth: float | None = None
     time: float = 0.0
+    velocity: np.ndarray = field(init=False, repr=False)
 
-    def __init__(self, position, speed, heading, depth=None, time=0.0):
-        speed = check_scalar("speed", speed, minimum=0.0)
-        velocity = speed * unit(check_scalar("heading", heading))
-        self._set(position, velocity, depth, time)
-
-    def _set(self, position, velocity, depth, time):
-        object.__setattr__(self, "position_at_time", check_array("position", position, (2,)))
-        object.__setattr__(self, "velocity", check_array("velocity", velocity, (2,)))
-        object.__setattr__(self, "depth", None if depth is None else check_scalar("depth", depth))
-        object.__setattr__(self, "time", check_scalar("time", time))
+    def __post_init__(self):
+        store(
+            self,
+            position=check_array("position", self.position, (2,)),
+            speed=check_scalar("speed", self.speed, minimum=0.0),
+            heading=check_scalar("heading", self.heading),
+            depth=None if self.depth is None else check_scalar("depth", self.depth),
+            time=check_scalar("time", self.time),
+        )
+        store(self, velocity=self.speed * unit(self.heading))
 
     @classmethod
     def from_velocity(cls, position, velocity, depth=None, time=0.0):
         """The target with a velocity vector ``(vx, vy)`` in m/s instead of speed and heading."""
-        target = cls.__new__(cls)
-        target._set(position, velocity, depth, time)
+        velocity = check_array("velocity", velocity, (2,))
+        target = cls(position, np.hypot(*velocity), np.arctan2(*velocity), depth, time)
+        store(target, velocity=velocity)  # as given, without the rounding of speed and heading
         return target
 
-    def position(self, t):
+    def position_at(self, t):
         """Position at the times ``t``, shape ``t.shape + (2,)``, in metres."""
         elapsed = np.asarray(t, dtype=float) - self.time
-        return self.position_at_time + elapsed[..., None] * self.velocity
+        return self.position + elapsed[..., None] * self.velocity
 
-    def heading(self, t):
+    def heading_at(self, t):
         """Heading at the times ``t`` in radians: a constant."""
-        return np.full(np.shape(t), np.arctan2(*self.velocity))
+        return np.full(np.shape(t), self.heading)
 
     def state(self, t, coordinates=("x", "y", "vx", "vy")):
         """State vector at time ``t`` in the named coordinates (``x, y, z, vx, vy``)."""
         t = check_scalar("t", t)
-        (x, y), (vx, vy) = self.position(t), self.velocity
+        (x, y), (vx, vy) = self.position_at(t), self.velocity
         if "z" in coordinates and self.depth is None:
             raise ValueError("the target has no depth, and the state asks for z; give Target(depth=...)")
         known = {"x": x, "y": y, "z": self.depth, "vx": vx, "vy": vy}
@@ -126,7 +136,7 @@ def Turn(duration, rate, speed=None):
     return Leg(duration, rate, speed)
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, eq=False)
 class Course:
     """A course made of legs and turns, each at constant speed and turn rate.
 
@@ -149,30 +159,32 @@ class Course:
     --------
     >>> import numpy as np
     >>> course = Course((0, 0), speed=7, heading=np.pi / 2, legs=[Straight(200)])
-    >>> course.position(100.0).round(6)
+    >>> course.position_at(100.0).round(6)
     array([700.,   0.])
     """
 
     start: np.ndarray
     speed: float
-    heading_at_start: float
+    heading: float
     legs: tuple
     start_time: float = 0.0
 
-    def __init__(self, start, speed, heading, legs, start_time=0.0):
-        put = object.__setattr__
-        put(self, "start", check_array("start", start, (2,)))
-        put(self, "speed", check_scalar("speed", speed, minimum=0.0))
-        put(self, "heading_at_start", check_scalar("heading", heading))
-        put(self, "start_time", check_scalar("start_time", start_time))
-        put(self, "legs", tuple(legs))
+    def __post_init__(self):
+        store(
+            self,
+            start=check_array("start", self.start, (2,)),
+            speed=check_scalar("speed", self.speed, minimum=0.0),
+            heading=check_scalar("heading", self.heading),
+            legs=tuple(self.legs),
+            start_time=check_scalar("start_time", self.start_time),
+        )
         if not self.legs:
             raise ValueError("legs is empty; a course needs at least one Straight or Turn")
-        put(self, "_table", self._leg_table())
 
-    def _leg_table(self):
-        """One row a leg: start time, position, heading, speed, rate at its start."""
-        time, place, heading, speed = self.start_time, self.start, self.heading_at_start, self.speed
+    @cached_property
+    def leg_starts(self):
+        """Time, x, y, heading, speed and turn rate at the start of every leg, shape ``(legs, 6)``."""
+        time, place, heading, speed = self.start_time, self.start, self.heading, self.speed
         rows = []
         for leg in self.legs:
             heading = heading if leg.heading is None else leg.heading
@@ -182,16 +194,16 @@ class Course:
                 place = place + _chord(speed, heading, leg.rate, leg.duration)
                 heading = heading + leg.rate * leg.duration
             time = time + leg.duration
-        return np.array(rows), time
+        return np.array(rows)
 
     @property
     def end_time(self):
         """Time at which the last leg ends, in seconds."""
-        return self._table[1]
+        return self.leg_starts[-1, 0] + self.legs[-1].duration
 
     def _leg_at(self, t):
         t = np.asarray(t, dtype=float)
-        table, end = self._table
+        table, end = self.leg_starts, self.end_time
         slack = 1e-9 * (1 + abs(end)) if np.isfinite(end) else 0.0
         outside = ~((t >= self.start_time - slack) & (t <= end + slack))
         if np.any(outside):
@@ -202,12 +214,12 @@ class Course:
         row = table[np.clip(np.searchsorted(table[:, 0], t, side="right") - 1, 0, None)]
         return row, t - row[..., 0]
 
-    def position(self, t):
+    def position_at(self, t):
         """Position at the times ``t``, shape ``t.shape + (2,)``, in metres."""
         row, elapsed = self._leg_at(t)
         return row[..., 1:3] + _chord(row[..., 4], row[..., 3], row[..., 5], elapsed)
 
-    def heading(self, t):
+    def heading_at(self, t):
         """Heading at the times ``t``, in radians, not wrapped."""
         row, elapsed = self._leg_at(t)
         return row[..., 3] + row[..., 5] * elapsed
@@ -220,7 +232,7 @@ def _chord(speed, heading, rate, elapsed):
     return np.asarray(length)[..., None] * unit(heading + half)
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, eq=False)
 class SampledCourse:
     """A course given by samples; straight lines between them.
 
@@ -243,15 +255,19 @@ class SampledCourse:
     positions: np.ndarray
     headings: np.ndarray | None = None
 
-    def __init__(self, times, positions, headings=None):
-        times = check_array("times", times, (None,))
+    def __post_init__(self):
+        times = check_array("times", self.times, (None,))
         if np.any(np.diff(times) <= 0):
             raise ValueError("times must be strictly increasing")
-        n = len(times)
-        put = object.__setattr__
-        put(self, "times", times)
-        put(self, "positions", check_array("positions", positions, (n, 2)))
-        put(self, "headings", None if headings is None else check_array("headings", headings, (n,)))
+        headings = (
+            self.headings if self.headings is None else check_array("headings", self.headings, times.shape)
+        )
+        store(
+            self,
+            times=times,
+            positions=check_array("positions", self.positions, (len(times), 2)),
+            headings=headings,
+        )
 
     def _inside(self, t):
         t = np.asarray(t, dtype=float)
@@ -261,40 +277,13 @@ class SampledCourse:
             )
         return t
 
-    def position(self, t):
+    def position_at(self, t):
         """Position at the times ``t``, shape ``t.shape + (2,)``, in metres."""
         t = self._inside(t)
         return np.stack([np.interp(t, self.times, column) for column in self.positions.T], axis=-1)
 
-    def heading(self, t):
+    def heading_at(self, t):
         """Heading at the times ``t``, in radians."""
         if self.headings is None:
             raise ValueError("this SampledCourse has no headings; give SampledCourse(headings=...)")
         return np.interp(self._inside(t), self.times, self.headings)
-
-
-def transition(duration, n=4):
-    """Transition matrix ``Phi`` of a constant velocity state over ``duration`` seconds.
-
-    Shape ``duration.shape + (n, n)``; ``n`` is 4 for ``(x, y, vx, vy)`` and 5 with the depth.
-    Source: `emw-acoustic`, equation (1).
-    """
-    if n not in (4, 5):
-        raise ValueError(f"n must be 4 or 5, got {n}")
-    duration = np.asarray(duration, dtype=float)
-    phi = np.zeros((*duration.shape, n, n))
-    phi[..., np.arange(n), np.arange(n)] = 1.0
-    phi[..., 0, n - 2] = duration
-    phi[..., 1, n - 1] = duration
-    return phi
-
-
-def propagate(state, duration):
-    """State ``(..., n)`` after ``duration`` seconds of constant velocity motion, ``Phi X``."""
-    state = np.array(state, dtype=float)
-    duration = np.asarray(duration, dtype=float)
-    moved = np.broadcast_to(
-        state, (*np.broadcast_shapes(state.shape[:-1], duration.shape), state.shape[-1])
-    ).copy()
-    moved[..., :2] += duration[..., None] * moved[..., -2:]
-    return moved

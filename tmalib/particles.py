@@ -33,13 +33,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._checks import check_array, check_count, check_scalar
-from .recursive import _in_order
+from .checks import check_array, check_count, check_scalar, store
+from .scenario import in_order_of_time
 
 FEW_FAMILIES = 10  # the spread of so many independent draws is known to 1 / sqrt(2 10), 22 per cent
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, eq=False)
 class Cloud:
     """What is known of the state before filtering: equally likely states ``(N, 4)`` at ``time``.
 
@@ -49,9 +49,12 @@ class Cloud:
     states: np.ndarray
     time: float
 
-    def __init__(self, states, time):
-        object.__setattr__(self, "states", check_array("states", states, (None, 4)))
-        object.__setattr__(self, "time", check_scalar("time", time))
+    def __post_init__(self):
+        store(
+            self,
+            states=check_array("states", self.states, (None, 4)),
+            time=check_scalar("time", self.time),
+        )
         if not len(self.states):
             raise ValueError("states is empty; a cloud needs at least one particle")
 
@@ -139,7 +142,7 @@ def cloud_along_first_bearing(scenario, angles, range, speed, particles, seed):
     theta = angles[first] + scenario.sigma[first] * rng.standard_normal(count)
     r, v, heading = rng.uniform(near, far, count), speed * np.sqrt(rng.random(count)), rng.random(count)
     heading *= 2 * np.pi
-    x, y = scenario.platform.position(scenario.times[first])
+    x, y = scenario.platform.position_at(scenario.times[first])
     states = [x + r * np.sin(theta), y + r * np.cos(theta), v * np.sin(heading), v * np.cos(heading)]
     return Cloud(np.stack(states, axis=-1), float(scenario.times[first]))
 
@@ -176,7 +179,7 @@ def sir(scenario, angles, cloud, beta, seed):
     angles = _one_run(scenario, angles)
     beta = check_scalar("beta", beta, minimum=0.0)
     rng = np.random.default_rng(seed)
-    steps = _in_order(scenario, cloud.time)
+    steps = in_order_of_time(scenario, cloud.time)
     if not steps:
         raise ValueError(f"no measurement after the cloud's time, {cloud.time}")
     state = np.array(cloud.states.T, order="C")  # (4, N): a component is contiguous; a copy, moved in place
@@ -260,8 +263,8 @@ def _move(state, noise, step, beta):
 def _weights(state, group):
     """Normalised weights ``(N,)``, and the logarithm of their mean before that: a density."""
     log_weight, constant = 0.0, 0.0
-    for sensor, site, lag, measured in group:
-        value, _ = sensor.model.kernel(state, site, lag * 0.0)  # the state is that of now
+    for sensor, observer, elapsed, measured in group:
+        value, _ = sensor.model.value_and_gradient(state, observer, elapsed * 0.0)  # the state is that of now
         residual = sensor.model.residual(measured, value)
         residual /= sensor.sigma
         residual *= residual

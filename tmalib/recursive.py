@@ -30,9 +30,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._checks import check_scalar
 from .batch import along_first_bearing
-from .motion import propagate, transition
+from .checks import check_scalar
+from .scenario import in_order_of_time
+from .uniform import propagate, transition
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,13 +152,13 @@ def ekf(scenario, angles, prior, record=None, chart=None):
     kept_x, kept_p = np.empty((len(record), n, runs)), np.empty((len(record), n, n, runs))
     taken = 0
     with np.errstate(all="ignore"):  # a diverging run shows in `finite`
-        for time, group in _in_order(scenario, prior.time):
+        for time, group in in_order_of_time(scenario, prior.time):
             while taken < len(record) and record[taken] < time:
                 kept_x[taken], kept_p[taken] = x, p
                 taken += 1
             moved, p = _update(x, p, [(*where, measured[column]) for column, *where in group])
             if chart is not None:
-                here = chart(scenario.platform.position(time))
+                here = chart(scenario.platform.position_at(time))
                 moved, p = _straight_in(here, x, moved, p, time - scenario.reference_time)
             x = moved
     kept_x[taken:], kept_p[taken:] = x, p
@@ -185,21 +186,11 @@ def _prior_at_reference(scenario, prior):
     return propagate(mean, elapsed), phi @ covariance @ phi.T
 
 
-def _in_order(scenario, after):
-    """Measurements later than ``after``, time by time: ``(time, [(column, sensor, site, lag), ...])``."""
-    groups = {}
-    for sensor, columns, site, lag in scenario.pieces:
-        for i in np.flatnonzero(sensor.times > after):
-            group = groups.setdefault(sensor.times[i], [])
-            group.append((columns.start + i, sensor, site[:, i], lag[i]))
-    return sorted(groups.items())
-
-
 def _update(x, p, group):
     """Joint update of states ``(n, runs)`` and covariances ``(n, n, runs)`` by scalar steps."""
     predicted = x
-    for sensor, site, lag, measured in group:
-        value, h = sensor.model.kernel(predicted, site, lag)
+    for sensor, observer, elapsed, measured in group:
+        value, h = sensor.model.value_and_gradient(predicted, observer, elapsed)
         innovation = sensor.model.residual(measured, value)
         if x is not predicted:
             innovation = innovation - np.sum(h * (x - predicted), axis=0)
@@ -210,12 +201,12 @@ def _update(x, p, group):
     return x, p
 
 
-def _straight_in(chart, x, moved, p, lag):
+def _straight_in(chart, x, moved, p, elapsed):
     """The step from ``x`` to ``moved`` made straight in the chart's coordinates; the covariance follows."""
-    phi, back = transition(lag), transition(-lag)
-    point = chart.from_state(propagate(x.T, lag))
+    phi, back = transition(elapsed), transition(-elapsed)
+    point = chart.from_state(propagate(x.T, elapsed))
     before = chart.inverse_jacobian(point)
     point = point + np.vecdot(before @ phi, (moved - x).T[:, None, :])
     turn = back @ chart.jacobian(point) @ before @ phi
     p = turn @ np.moveaxis(p, -1, 0) @ turn.mT
-    return propagate(chart.to_state(point), -lag).T, np.moveaxis(p, 0, -1)
+    return propagate(chart.to_state(point), -elapsed).T, np.moveaxis(p, 0, -1)

@@ -11,17 +11,18 @@ misspecify an estimator on purpose, simulate one scenario and fit another.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from ._checks import check_array, check_count, check_scalar
+from .checks import check_array, check_count, check_scalar, store
 
 TOUCHING = 1e-6  # metres: a target nearer than this is on the platform and has no bearing
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, eq=False)
 class Sensor:
     """Measurements of one model.
 
@@ -41,27 +42,38 @@ class Sensor:
     sigma: float
     name: str = ""
 
-    def __init__(self, model, times, sigma, name=""):
-        put = object.__setattr__
-        put(self, "model", model)
-        put(self, "times", check_array("times", times, (None,)))
-        if np.any(np.diff(self.times) <= 0):
+    def __post_init__(self):
+        times = check_array("times", self.times, (None,))
+        if np.any(np.diff(times) <= 0):
             raise ValueError("times of a sensor must be strictly increasing")
-        put(self, "sigma", check_scalar("sigma", sigma, above=0.0))
-        put(self, "name", name or type(model).__name__)
+        sigma = check_scalar("sigma", self.sigma, above=0.0)
+        store(self, times=times, sigma=sigma, name=self.name or type(self.model).__name__)
 
     def __len__(self):
         return len(self.times)
 
 
-@dataclass(frozen=True, eq=False, init=False)
+class SensorBlock(NamedTuple):
+    """A sensor's part of the measurement vector, with what its model needs of the platform.
+
+    ``columns`` is the slice of the measurement vector, ``observer`` what the model's ``observer_state``
+    gives, ``(k, N)``, and ``elapsed`` the times less the reference time, ``(N,)``.
+    """
+
+    sensor: Sensor
+    columns: slice
+    observer: np.ndarray
+    elapsed: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class Scenario:
     """A target, a platform, sensors and a reference time.
 
     Parameters
     ----------
     target, platform : motion
-        Anything with ``position(t)`` (and ``heading(t)`` where a model asks for it).
+        Anything with ``position_at(t)`` (and ``heading_at(t)`` where a model asks for it).
     sensors : sequence of Sensor
     reference_time : float
         Time of the state that is estimated, in seconds.
@@ -87,24 +99,22 @@ class Scenario:
     sensors: tuple
     reference_time: float
 
-    def __init__(self, target, platform, sensors, reference_time):
-        put = object.__setattr__
-        put(self, "target", target)
-        put(self, "platform", platform)
-        put(self, "sensors", tuple(sensors))
-        put(self, "reference_time", check_scalar("reference_time", reference_time))
+    def __post_init__(self):
+        store(
+            self,
+            sensors=tuple(self.sensors),
+            reference_time=check_scalar("reference_time", self.reference_time),
+        )
         if not self.sensors:
             raise ValueError("sensors is empty; a scenario needs at least one Sensor")
         wanted = {sensor.model.coordinates for sensor in self.sensors}
         if len(wanted) > 1:
             raise ValueError(f"all sensors must want the same state, got {sorted(wanted)}")
         for sensor in self.sensors:
-            gap = target.position(sensor.times) - platform.position(sensor.times)
+            gap = self.target.position_at(sensor.times) - self.platform.position_at(sensor.times)
             touching = ~(np.hypot(gap[..., 0], gap[..., 1]) > TOUCHING)
             if touching.any():
                 raise ValueError(f"the target is on the platform at t = {sensor.times[touching][0]} s")
-        seen = [s.model.observe(target, platform, s.times) for s in self.sensors]
-        put(self, "_noise_free", np.concatenate(seen))
         if not np.all(np.isfinite(self._noise_free)):
             raise ValueError("the measurement of the target is not finite; is it slower than sound?")
 
@@ -126,15 +136,19 @@ class Scenario:
         return np.concatenate([np.full(len(sensor), sensor.sigma) for sensor in self.sensors])
 
     @cached_property
-    def pieces(self):
-        """One ``(sensor, columns, site, lag)`` a sensor: what the numeric kernels loop over."""
-        pieces, first = [], 0
+    def _noise_free(self):
+        return np.concatenate([s.model.observe(self.target, self.platform, s.times) for s in self.sensors])
+
+    @cached_property
+    def blocks(self):
+        """One `SensorBlock` a sensor: what estimators and bounds loop over."""
+        blocks, first = [], 0
         for sensor in self.sensors:
             columns = slice(first, first + len(sensor))
-            site = sensor.model.site(self.platform, sensor.times)
-            pieces.append((sensor, columns, site, sensor.times - self.reference_time))
+            observer = sensor.model.observer_state(self.platform, sensor.times)
+            blocks.append(SensorBlock(sensor, columns, observer, sensor.times - self.reference_time))
             first = columns.stop
-        return tuple(pieces)
+        return tuple(blocks)
 
     @property
     def state(self):
@@ -175,8 +189,8 @@ class Scenario:
         state = self.check_state(state)
         rows = [component[..., None] for component in np.moveaxis(state, -1, 0)]
         values, gradients = [], []
-        for sensor, _, site, lag in self.pieces:
-            value, gradient = sensor.model.kernel(rows, site, lag)
+        for sensor, _, observer, elapsed in self.blocks:
+            value, gradient = sensor.model.value_and_gradient(rows, observer, elapsed)
             values.append(value)
             gradients.append(np.moveaxis(gradient, 0, -1))
         return np.concatenate(values, axis=-1), np.concatenate(gradients, axis=-2)
@@ -185,7 +199,7 @@ class Scenario:
         """Measured minus predicted, ``(..., N)``, wrapped where the measurement is an angle."""
         parts = [
             sensor.model.residual(measured[..., columns], predicted[..., columns])
-            for sensor, columns, _, _ in self.pieces
+            for sensor, columns, _, _ in self.blocks
         ]
         return np.concatenate(parts, axis=-1)
 
@@ -206,20 +220,31 @@ class Scenario:
 
     # -- scenarios from scenarios ---------------------------------------------------------------
 
-    def with_(self, **changes):
-        """A copy with other ``target``, ``platform``, ``sensors`` or ``reference_time``."""
-        fields = dict(target=self.target, platform=self.platform, sensors=self.sensors)
-        fields |= dict(reference_time=self.reference_time) | changes
-        return Scenario(**fields)
-
     def until(self, time):
         """The scenario as it stands at ``time``: measurements up to it, state wanted at it."""
         sensors = [Sensor(s.model, s.times[s.times <= time], s.sigma, s.name) for s in self.sensors]
         sensors = [sensor for sensor in sensors if len(sensor)]
         if not sensors:
             raise ValueError(f"no measurement up to time {time}; the first is at {self.times.min()}")
-        return self.with_(sensors=sensors, reference_time=time)
+        return replace(self, sensors=sensors, reference_time=time)
 
     def columns_until(self, time):
         """Columns of the measurement vector that `until` keeps, shape ``(N',)``."""
         return np.flatnonzero(self.times <= time)
+
+
+def in_order_of_time(scenario, after):
+    """Measurements later than ``after``, time by time: what a filter loops over.
+
+    Returns
+    -------
+    list of (float, list)
+        The times in order, each with one ``(column, sensor, observer, elapsed)`` a measurement: its column of
+        the measurement vector, its sensor, and its part of the `SensorBlock`.
+    """
+    groups = {}
+    for sensor, columns, observer, elapsed in scenario.blocks:
+        for i in np.flatnonzero(sensor.times > after):
+            group = groups.setdefault(sensor.times[i], [])
+            group.append((columns.start + i, sensor, observer[:, i], elapsed[i]))
+    return sorted(groups.items())

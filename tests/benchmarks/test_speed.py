@@ -7,10 +7,11 @@ from filterpy.kalman import ExtendedKalmanFilter
 from scipy.optimize import least_squares
 
 import tmalib as tma
-from tmalib.papers import conical_experiments as conical
-from tmalib.papers import conical_turn as turn
-from tmalib.papers import emw_acoustic as emw
-from tmalib.papers import emw_experiments as experiments
+from tmalib.papers.conical_angles import experiments as conical
+from tmalib.papers.conical_angles import turning as turn
+from tmalib.papers.emw_acoustic import experiments
+from tmalib.papers.emw_acoustic import scenarios as emw
+from tmalib.papers.emw_acoustic.paper import PAPER
 
 RUNS = 500
 SCENARIO = emw.scenario(1)
@@ -30,7 +31,7 @@ def seconds(task, repeat=7):
 
 def hand_written():
     """Residuals and Jacobian of scenario 1 for one run, as a careful user of scipy writes them."""
-    (radar, _, site, lag), (sonar, _, late_site, late_lag) = SCENARIO.pieces
+    (radar, _, site, lag), (sonar, _, late_site, late_lag) = SCENARIO.blocks
     n, c = len(radar), emw.SOUND_SPEED
 
     def late_geometry(x, y, vx, vy):
@@ -94,7 +95,9 @@ def test_six_tables():
     total = 0.0
     print()
     for number in range(1, 7):
-        took = seconds(lambda k=number: experiments.experiment(tma.stream(f"emw/{k}"), RUNS, k), 3)
+        took = seconds(
+            lambda k=number: experiments.both_estimators(PAPER.stream(f"emw/{k}").chunk(), RUNS, k), 3
+        )
         total += took
         print(f"Table {number}: {took:.2f} s for {RUNS} runs of both estimators")
     print(f"six tables: {total:.2f} s")
@@ -102,7 +105,7 @@ def test_six_tables():
 
 def test_six_tables_of_conical_angles():
     """All estimators of Tables 1-6, 500 runs each."""
-    seed = tma.stream("conical/3.2")
+    seed = PAPER.stream("conical/3.2").chunk()
     tasks = {
         "Table 1": lambda: conical.one_ray(seed, RUNS, 1.7e-2),
         "Table 2": lambda: conical.one_ray(seed, RUNS, 1.7e-4),
@@ -137,7 +140,7 @@ def test_ekf_against_filterpy():
         kalman.x, kalman.P = START[i].reshape(4, 1).copy(), np.diag(emw.PRIOR_VARIANCE)
         kalman.Q = np.zeros((4, 4))
         now, piece = 0.0, {}
-        for sensor, columns, site, _ in SCENARIO.pieces:
+        for sensor, columns, site, _ in SCENARIO.blocks:
             piece |= {columns.start + j: (sensor.model, site[:, j]) for j in range(len(sensor))}
         for t, k in order:
             if t > now:
@@ -147,8 +150,8 @@ def test_ekf_against_filterpy():
             model, site = piece[k]
             kalman.update(
                 np.array([[ANGLES[i, k]]]),
-                HJacobian=lambda x, m=model, s=site: m.kernel(x[:, 0], s, 0.0)[1][None, :],
-                Hx=lambda x, m=model, s=site: np.atleast_2d(m.kernel(x[:, 0], s, 0.0)[0]),
+                HJacobian=lambda x, m=model, s=site: m.value_and_gradient(x[:, 0], s, 0.0)[1][None, :],
+                Hx=lambda x, m=model, s=site: np.atleast_2d(m.value_and_gradient(x[:, 0], s, 0.0)[0]),
                 R=noise[k], residual=lambda a, b: tma.wrap(a - b),
             )  # fmt: skip
         return kalman.x[:, 0]

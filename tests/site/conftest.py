@@ -25,7 +25,7 @@ class Quiet(SimpleHTTPRequestHandler):
 
 
 @pytest.fixture(scope="session")
-def site() -> Path:
+def observer_state() -> Path:
     if not (SITE / "index.html").is_file():
         pytest.skip("no built book: run `make book` first")
     return SITE

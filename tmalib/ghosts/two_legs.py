@@ -20,19 +20,12 @@ U-turn, ``e_2 = -e_1``, both legs lie on one line, and what is symmetric about i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from ..cones import ConicalAngle
-from ..motion import Course, Target
-from .family import Family
+from .turn import TOLERANCE, cross, turn_of
 
-# What is zero up to rounding: lengths, relative to the largest length in the scenario; velocities, relative
-# to the sum of both speeds; sines of angles.
-TOLERANCE = 1e-13
-INSTANTS = 5
 ANY, POSITIVE = (-np.inf, np.inf), (0.0, np.inf)
 
 
@@ -91,8 +84,8 @@ def ghosts_of_two_legs(scenario):
     >>> [(family.case, float(family.target().depth)) for family in ghosts_of_two_legs(scenario)]
     [('depth mirror', 300.0)]
     """
-    turn = _examine(scenario)
-    if abs(_cross(*turn.e)) <= TOLERANCE:
+    turn = turn_of(scenario)
+    if abs(cross(*turn.e)) <= TOLERANCE:
         return _u_turn(turn)
     if turn.overhead and turn.broadside(0) and turn.broadside(1):
         make, water = partial(turn.member, turn.p, turn.V_T), (0.0, turn.model.bottom_depth)
@@ -102,70 +95,9 @@ def ghosts_of_two_legs(scenario):
     if not turn.level:
         return [turn.isolated("depth mirror", 1.0, turn.V_T, -1)]
     along = turn.p / np.hypot(*turn.p)
-    if turn.still(_cross(along, turn.chord)) and turn.still(_cross(along, turn.w[0])):
+    if turn.still(cross(along, turn.chord)) and turn.still(cross(along, turn.w[0])):
         return [_constant_cosine(turn, along)]
     return []
-
-
-@dataclass(frozen=True)
-class _Turn:
-    """The moment of the turn. Row i of ``e``, ``n``, ``V``, ``w`` belongs to leg i."""
-
-    time: float
-    durations: tuple  # seconds observed before and after
-    place: np.ndarray
-    e: np.ndarray
-    speed: float
-    p: np.ndarray
-    V_T: np.ndarray
-    depth: float
-    model: ConicalAngle
-    length: float
-
-    def __post_init__(self):
-        slope, offset = self.model.path.image(self.model.bottom_depth)
-        zeta = slope * self.depth + (offset - self.model.array_depth)  # in the order of `ConicalAngle`
-        V = self.speed * self.e
-        more = dict(V=V, w=self.V_T - V, chord=V[1] - V[0], n=self.e[:, ::-1] * [1, -1])
-        more |= dict(slope=slope, zeta=zeta, level=self.zero(zeta), overhead=self.zero(self.p))
-        for name, value in more.items():
-            object.__setattr__(self, name, value)
-
-    def zero(self, length):
-        return bool(np.all(np.abs(length) <= TOLERANCE * self.length))
-
-    def still(self, velocity):
-        return bool(np.all(np.abs(velocity) <= TOLERANCE * (self.speed + np.hypot(*self.V_T))))
-
-    def broadside(self, i):
-        return self.zero(self.e[i] @ self.p) and self.still(self.e[i] @ self.w[i])
-
-    def mirrored(self, i, vector):
-        return 2 * (self.e[i] @ vector) * self.e[i] - vector
-
-    def ends(self, p, velocity):
-        """Relative positions at the first and the last instant."""
-        return [
-            p + s * (velocity - V)
-            for s, V in zip((-self.durations[0], self.durations[1]), self.V, strict=True)
-        ]
-
-    def member(self, p, velocity, depth):
-        """The target at ``p`` from the array at the turn."""
-        on_array = self.zero(p) and self.zero(self.zeta + self.slope * (depth - self.depth))
-        if on_array and not (self.overhead and self.level):
-            raise ValueError(f"depth = {depth} puts the ghost on the array at the turn")
-        return Target.from_velocity(self.place + p, velocity, depth=depth, time=self.time)
-
-    def depth_at(self, zeta):
-        return self.depth + (zeta - self.zeta) / self.slope
-
-    def family(self, case, make, **parameters):
-        return Family(case, "conical-angles, Theorem 2", make, parameters)
-
-    def isolated(self, case, beta, velocity, sign=1):
-        depth = self.depth_at(sign * beta * self.zeta)
-        return self.family(case, partial(self.member, beta * self.p, velocity, depth))
 
 
 def _overhead(turn):
@@ -179,7 +111,7 @@ def _overhead(turn):
         kappa /= turn.speed * (1 - turn.e[0] @ turn.e[1])
     else:
         case, j, both = "bisector", 0, turn.e[0] + turn.e[1]
-        if not turn.still(_cross(turn.V_T, both)):
+        if not turn.still(cross(turn.V_T, both)):
             return families
         kappa = turn.V_T @ both / turn.speed
     if abs(kappa) > TOLERANCE and 1 - kappa > TOLERANCE:
@@ -209,14 +141,14 @@ def _collision(turn):
     for first in (turn.w[0], turn.mirrored(0, turn.w[0])):
         for second in (turn.w[1], turn.mirrored(1, turn.w[1])):
             sizes = np.hypot(*first), np.hypot(*second)
-            if abs(_cross(first, second)) > TOLERANCE * sizes[0] * sizes[1]:
+            if abs(cross(first, second)) > TOLERANCE * sizes[0] * sizes[1]:
                 # V_1 + a first = V_2 + b second
                 a, b = np.linalg.solve(np.stack([first, -second], axis=1), turn.chord)
                 velocity = turn.V[0] + a * first
                 known = [turn.V_T] + [family.target().velocity for family in families if family.is_isolated]
                 if min(a, b) > TOLERANCE and not any(turn.still(velocity - other) for other in known):
                     families.append(turn.isolated(case, 1.0, velocity))
-            elif abs(_cross(first, along)) <= TOLERANCE * sizes[0]:
+            elif abs(cross(first, along)) <= TOLERANCE * sizes[0]:
                 before, after = np.sign(first @ along), np.sign(second @ along)
                 if before != after:
                     families.append(_constant_cosine(turn, after * along))
@@ -264,44 +196,3 @@ def _u_turn(turn):
     if own[0] * own[1] < 0:  # from ahead to astern, or back, at the turn
         return [turn.family("endfire", partial(make, 0.0), speed=ANY)]
     return [turn.family("endfire", make, ahead=ANY, speed=ANY)]
-
-
-def _cross(a, b):
-    return a[0] * b[1] - a[1] * b[0]
-
-
-def _examine(scenario):
-    """The moment of the turn, or `ValueError` for a scenario that is not covered."""
-    target, course = scenario.target, scenario.platform
-    if not isinstance(target, Target) or target.depth is None:
-        raise ValueError(f"target must be a Target with a depth, got {target!r}")
-    if len(scenario.sensors) != 1 or not isinstance(scenario.sensors[0].model, ConicalAngle):
-        names = [type(sensor.model).__name__ for sensor in scenario.sensors]
-        raise ValueError(f"sensors must be one ConicalAngle sensor, got {names}")
-    (sensor,) = scenario.sensors
-    if sensor.model.heading_lag:
-        raise ValueError(f"heading_lag must be 0, got {sensor.model.heading_lag}")
-    if not isinstance(course, Course) or len(course.legs) != 2 or any(leg.rate for leg in course.legs):
-        raise ValueError(f"platform must be a Course of two Straight legs, got {course!r}")
-    (*_, heading, speed, _), (time, *place, heading_2, speed_2, _) = course._table[0]
-    if not speed > 0 or abs(speed_2 - speed) > TOLERANCE * speed:
-        raise ValueError(f"both legs must have the same positive speed, got {speed} and {speed_2}")
-    if abs(np.sin(heading_2 - heading)) <= TOLERANCE and np.cos(heading_2 - heading) > 0:
-        raise ValueError("both legs have the same heading: there is no turn, use one leg")
-    counts = [int(np.sum(sensor.times < time)), int(np.sum(sensor.times > time))]
-    if min(counts) < INSTANTS:
-        raise ValueError(
-            f"each leg needs at least {INSTANTS} instants, got {counts} before and after the turn"
-        )
-    legs = (time - sensor.times[0], sensor.times[-1] - time)
-    place, e = np.array(place), np.array([[np.sin(h), np.cos(h)] for h in (heading, heading_2)])
-    p = target.position(time) - place
-    way = np.hypot(*target.velocity) * max(abs(time - target.time), *legs)
-    vertical = [target.depth, sensor.model.bottom_depth]
-    length = max(np.abs([*place, *target.position_at_time, *p, way, speed * max(legs), *vertical]))
-    turn = _Turn(time, legs, place, e, speed, p, target.velocity, target.depth, sensor.model, length)
-    for w, end in zip(turn.w, turn.ends(p, turn.V_T), strict=True):
-        radial = turn.level and not turn.overhead and abs(_cross(p, w)) <= TOLERANCE * length * np.hypot(*w)
-        if radial and p @ end < 0:
-            raise ValueError("the target passes through the array during a leg, where it has no cosine")
-    return turn

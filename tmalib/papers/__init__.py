@@ -1,1 +1,1 @@
-"""The papers' scenarios, each as printed and, where it differs, as computed."""
+"""The papers, a folder each: manifest, ledger, scenarios, experiments, drawings."""

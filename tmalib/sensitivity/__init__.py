@@ -14,7 +14,7 @@ from .response import (
     differential,
     displaced_measurements,
     modes,
-    position_at,
+    position_criterion,
     response,
     sandwich_covariance,
 )
@@ -27,7 +27,7 @@ __all__ = [
     "displaced_measurements",
     "modes",
     "nearest_motion",
-    "position_at",
+    "position_criterion",
     "response",
     "sandwich_covariance",
     "stealth",

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._checks import check_array, check_scalar
-from ..motion import propagate
+from ..checks import check_array, check_scalar
+from ..uniform import propagate
 
 NORMS = ("sum", "squares", "largest")
 
@@ -38,13 +38,13 @@ def nearest_motion(times, positions, reference_time=0.0, norm="sum"):
     """
     times = check_array("times", times, (None,))
     positions = check_array("positions", positions, (len(times), 2))
-    lag = times - check_scalar("reference_time", reference_time)
+    elapsed = times - check_scalar("reference_time", reference_time)
     if norm not in NORMS:
         raise ValueError(f"norm must be one of {NORMS}, got {norm!r}")
     if np.ptp(times) == 0:
         raise ValueError("times must not all be the same: they leave the velocity open")
-    centre, scale = lag.mean(), np.ptp(lag)
-    basis = np.stack([np.ones_like(lag), (lag - centre) / scale], axis=-1)
+    centre, scale = elapsed.mean(), np.ptp(elapsed)
+    basis = np.stack([np.ones_like(elapsed), (elapsed - centre) / scale], axis=-1)
     fitted = np.linalg.lstsq(basis, positions)[0]
     if norm != "squares":
         unit = np.hypot(*(positions - basis @ fitted).T).max()

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._checks import check_scalar
 from ..bounds import crlb, whitened_jacobian
+from ..checks import check_scalar
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,17 +125,17 @@ def displaced(scenario, displacement, state):
     if displacement.shape[-2:] != (count, 2):
         raise ValueError(f"displacement must have shape (..., {count}, 2), got {displacement.shape}")
     values, gradients = [], []
-    for sensor, columns, site, lag in scenario.pieces:
+    for sensor, columns, observer, elapsed in scenario.blocks:
         moved = displacement[..., columns, :]
         rest = [np.full(moved.shape[:-1], part) for part in state[2:]]
         rows = [state[0] + moved[..., 0], state[1] + moved[..., 1], *rest]
-        value, gradient = sensor.model.kernel(rows, site, lag)
+        value, gradient = sensor.model.value_and_gradient(rows, observer, elapsed)
         values.append(value)
         gradients.append(np.moveaxis(gradient[:2], 0, -1))
     return np.concatenate(values, axis=-1), np.concatenate(gradients, axis=-2)
 
 
-def position_at(scenario, time):
+def position_criterion(scenario, time):
     """The criterion "position at a time": the matrix ``C``, shape ``(2, n)``, in metres."""
     elapsed = check_scalar("time", time) - scenario.reference_time
     known = {"x": (1.0, 0.0), "y": (0.0, 1.0), "z": (0.0, 0.0), "vx": (elapsed, 0.0), "vy": (0.0, elapsed)}
@@ -181,8 +181,8 @@ def modes(scenario, state=None, criterion=None):
     scenario : Scenario
     state : array_like, shape (n,), optional
     criterion : array_like, shape (m, n), optional
-        ``C``, for instance `position_at`. The default is the identity: the norm of the parameter as in the
-        paper, which adds metres to metres per second.
+        ``C``, for instance `position_criterion`. The default is the identity: the norm of the parameter as
+        in the paper, which adds metres to metres per second.
 
     Returns
     -------

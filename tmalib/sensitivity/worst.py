@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._checks import check_count, check_scalar
+from ..checks import check_count, check_scalar
 from .response import check_criterion, check_one_state, displaced, modes_of, response
 
 ASCENTS = 100

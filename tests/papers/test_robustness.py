@@ -1,0 +1,92 @@
+"""The phrases of the third paper: their limits, and their measures against independent ones."""
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+import tmalib as tma
+from tmalib import judging
+from tmalib.papers.robustness import measures
+from tmalib.papers.robustness import phrases as text
+from tmalib.papers.robustness import scenarios as paper
+from tmalib.papers.robustness.paper import PAPER
+
+
+@pytest.fixture(scope="module")
+def geometry():
+    return paper.reference()
+
+
+def test_every_phrase_of_the_ledger_has_a_measure():
+    rows = {key[1] for key, row in PAPER.ledger.items() if row.kind == "text"}
+    assert set(text.PHRASES) == rows
+    for phrase in text.PHRASES.values():
+        assert (phrase.at_least, phrase.at_most) != (None, None)
+
+
+def test_limits_and_margins():
+    bad = text.Phrase("", "", at_least=0.1)
+    good = text.Phrase("", "", at_most=0.1)
+    between = text.Phrase("", "", at_least=-0.5, at_most=0.5)
+    values = np.array([0.05, 0.1, 0.2, np.inf, np.nan])
+    assert bad.holds(values).tolist() == [False, True, True, True, False]
+    assert good.holds(values).tolist() == [True, True, False, False, False]
+    assert between.holds([-0.6, -0.5, 0.5, 0.6]).tolist() == [False, True, True, False]
+    assert bad.margin(0.2) == pytest.approx(2)
+    assert good.margin(0.05) == pytest.approx(2)
+    for phrase in (bad, good, between):
+        sweep = np.linspace(-2, 2, 401)[1::2] if phrase is between else np.linspace(0.001, 2, 400)
+        assert np.array_equal(phrase.margin(sweep) >= 1, phrase.holds(sweep))
+
+
+def test_the_estimate_of_the_circle_is_scipys(geometry):
+    straight, measured = geometry.straight, geometry.circle.measure()
+
+    def residual(state):
+        return straight.residual(measured, straight.linearise(state)[0])
+
+    scale = tma.crlb_sigma(straight)
+    peer = least_squares(residual, geometry.theta_star, x_scale=scale, method="lm", xtol=1e-12, ftol=1e-12)
+    end = peer.x[:2] + 20 * peer.x[2:]
+    error = np.hypot(*(end - geometry.target.position_at(20.0)))
+    platform = geometry.platform.position_at(20.0)
+    away = np.hypot(*(geometry.theta_star[:2] + 20 * geometry.theta_star[2:] - platform))
+    assert measures.circular_error(geometry) == pytest.approx(error / away, rel=1e-4)
+
+
+def test_final_sigma_is_that_of_an_ellipse(geometry):
+    covariance = tma.crlb(geometry.straight.until(paper.DURATION))
+    ellipse = tma.confidence_ellipse([0, 0], covariance, probability=1 - np.exp(-0.5))  # one sigma
+    assert measures.final_sigma(geometry) == pytest.approx(
+        ellipse.semi_axes[0] / geometry.final_range, rel=1e-9
+    )
+
+
+def test_worst_speed_is_that_of_the_displaced_target(geometry):
+    times = geometry.straight.times
+    deviations = []
+    for sign in (1, -1):
+        places = geometry.displaced(sign * geometry.worst_displacement).target.position_at(times)
+        speed = np.hypot(*np.diff(places, axis=0).T) * paper.RATE
+        deviations.append(np.abs(speed / np.hypot(*geometry.theta_star[2:]) - 1).max())
+    assert measures.worst_speed(geometry) == pytest.approx(max(deviations), rel=0.05)
+
+
+def test_an_estimate_without_a_minimum_is_infinite_and_bad():
+    """The geometry whose estimate runs to infinity stays among the others."""
+    lost = paper.random_geometry(np.random.SeedSequence(5, spawn_key=(16,)))
+    assert measures.circular_error(lost) == np.inf
+    assert text.PHRASES["BLS, circular target"].holds(np.inf)
+    assert np.isnan(measures.development_error(lost))
+    assert not text.PHRASES["first order, circular target"].holds(np.nan)
+
+
+def test_judged_with_the_share_of_geometries():
+    here = dict.fromkeys(text.PHRASES, 0.2)
+    elsewhere = dict.fromkeys(text.PHRASES, np.array([0.05, 0.2, np.nan]))
+    table = text.judge_phrases(here, elsewhere, made_from=[])
+    claim = table.of("BLS, circular target", "claim")
+    assert claim.verdict == judging.UNSPECIFIED
+    assert "holds: at least 0.1" in claim.note
+    assert "holds in 1 of 3" in claim.note
+    assert table.of("information", "claim").note.startswith("does not hold")

@@ -1,0 +1,102 @@
+"""Does an estimator's error have the size that its covariance says, and from when on?
+
+A `Track` holds estimates and covariances at several times. `fit_over_time` makes one of batch estimates,
+each from the measurements up to its time; `tmalib.recursive.ekf` makes one of a filter.
+`compare_with_truth` compares either with the truth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .batch import fit
+from .bounds import crlb, nees
+from .checks import check_array, check_probability
+from .recursive import Track
+
+
+@dataclass(frozen=True, eq=False)
+class Consistency:
+    """Output of `compare_with_truth`; a row a run, a column a time.
+
+    Attributes
+    ----------
+    times : ndarray, shape (T,)
+    nees : ndarray, shape (..., T)
+        Normalised error squared of the state: chi-square with n degrees of freedom, if consistent.
+    inside : ndarray of bool, shape (..., T)
+        Whether the true position lies in the confidence ellipse of the covariance.
+    """
+
+    times: np.ndarray
+    nees: np.ndarray
+    inside: np.ndarray
+
+
+def fit_over_time(scenario, angles, times, start):
+    """Batch estimates at several times, each from the measurements up to it, as a `Track`.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With its target: the covariance of an estimate is the bound at the true state.
+    angles : array_like, shape (..., N)
+    times : array_like, shape (T,)
+    start : array_like, shape (..., n)
+        First guess, as in `tmalib.batch.fit`.
+
+    Returns
+    -------
+    Track
+        ``state (..., T, n)``, ``covariance (T, n, n)``, and ``finite`` where all fits have converged.
+
+    Examples
+    --------
+    >>> import numpy as np, tmalib as tma
+    >>> course = tma.Course((0, 0), 8, 0.0, [tma.Straight(60), tma.Turn(60, 0.02), tma.Straight(60)])
+    >>> ear = tma.Sensor(tma.Bearing(), times=np.arange(181.0), sigma=0.01)
+    >>> scenario = tma.Scenario(tma.Target((3e3, 4e3), speed=5, heading=1.0), course, [ear], 180.0)
+    >>> angles = scenario.simulate(runs=5, seed=1)
+    >>> track = fit_over_time(scenario, angles, [120, 180], start=scenario.state)
+    >>> compare_with_truth(scenario, track).nees.shape
+    (5, 2)
+    """
+    angles, times = scenario.check_measurements(angles), check_array("times", times, (None,))
+    thens = [scenario.until(time) for time in times]
+    fits = [
+        fit(then, angles[..., scenario.columns_until(time)], start)
+        for then, time in zip(thens, times, strict=True)
+    ]
+    return Track(
+        times,
+        np.stack([found.state for found in fits], axis=-2),
+        np.stack([crlb(then) for then in thens]),
+        np.all([found.converged for found in fits], axis=0),
+    )
+
+
+def compare_with_truth(scenario, track, probability=0.9):
+    """Compare a track with the scenario's target, run by run and time by time.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With its target, in constant velocity motion.
+    track : Track
+    probability : float
+        Of the confidence ellipse.
+
+    Returns
+    -------
+    Consistency
+
+    Notes
+    -----
+    The position lies in its ellipse when its normalised error squared is below ``-2 log(1 - p)``.
+    """
+    level = -2 * np.log1p(-check_probability(probability))
+    truth = np.stack([scenario.target.state(time, scenario.coordinates) for time in track.times])
+    position = nees(track.state[..., :2], truth[:, :2], track.covariance[..., :2, :2])
+    return Consistency(track.times, nees(track.state, truth, track.covariance), position <= level)

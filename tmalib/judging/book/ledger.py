@@ -1,0 +1,84 @@
+"""What the directives and roles of the ledger share: judged rows, labels, links, and how a row is written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from docutils import nodes
+from sphinx import addnodes
+
+from ..collect import read_claims, read_origins
+from ..paper import read_papers
+from ..verdict import SYMBOLS, same_digits
+
+
+def _built(env, name):
+    """A file of the build; the page that asks is built again when the file changes."""
+    path = Path(env.srcdir) / "build" / name
+    env.note_dependency(str(path))
+    return path
+
+
+def load_claims(env):
+    """All claims, in the order of the ledgers."""
+    return read_claims(_built(env, "claims.json"))
+
+
+def load_origins(env):
+    """Where the figures and judged tables come from."""
+    return read_origins(_built(env, "provenance.json"))
+
+
+def load_papers(env):
+    """The papers by key."""
+    papers = read_papers()
+    for paper in papers.values():
+        env.note_dependency(str(paper.folder / "paper.toml"))
+        env.note_dependency(str(paper.folder / "published.csv"))
+    return papers
+
+
+def parse_key(text, parts):
+    """``a; b; c`` in a tuple of at least ``parts``."""
+    key = tuple(part.strip() for part in text.split(";"))
+    if len(key) < parts:
+        raise ValueError(f"expected {parts} parts separated by ';', got {text!r}")
+    return key
+
+
+def label_of(paper, table):
+    """Label of the judged table of a chapter, to which other pages link."""
+    return "judged-" + nodes.make_id(f"{paper} {table}")
+
+
+def cell_label(notebook, cell):
+    """Label of a code cell of a chapter; ``notebook`` is relative to the folder of notebooks."""
+    return f"{nodes.make_id('notebooks/' + notebook.removesuffix('.ipynb'))}-cell-{cell}"
+
+
+def link(env, label, text, title=""):
+    """A reference to a label, resolved when the whole book has been read."""
+    return addnodes.pending_xref(
+        "", nodes.inline("", "", nodes.Text(text)), refdomain="std", reftype="ref", reftarget=label,
+        refexplicit=True, refwarn=True, refdoc=env.docname, reftitle=title,
+    )  # fmt: skip
+
+
+def in_brackets(unit):
+    """``(m/s)``; nothing for a number without a unit."""
+    return "" if unit == "1" else f"({unit.replace('^2', '²')})"
+
+
+def verdict_text(claim):
+    """Symbol and word."""
+    return f"{SYMBOLS[claim.verdict]} {claim.verdict}"
+
+
+def printed_text(claim):
+    """As printed; a phrase in quotation marks."""
+    return f"“{claim.printed}”" if claim.kind == "text" else claim.printed
+
+
+def ours_text(claim):
+    """Ours with as many digits as the printed number has."""
+    return same_digits(claim.ours, claim.printed)

@@ -1,0 +1,84 @@
+"""Where the figures and judged tables of a chapter come from: a folded list at its end, links to its cells.
+
+Folded code is titled by what it draws: the start of the figure's caption.
+"""
+
+from __future__ import annotations
+
+import re
+
+from docutils import nodes
+from sphinx import addnodes
+
+from .ledger import cell_label, label_of, link, load_origins
+
+
+def add_provenance(app, doctree):
+    env = app.env
+    name_folded_code(doctree)
+    notebook = f"{env.docname.removeprefix('notebooks/')}.ipynb"
+    origins = [origin for origin in load_origins(env) if origin.notebook == notebook]
+    if origins:
+        mark_cells(env, doctree, notebook, origins)
+        sections = [node for node in doctree.children if isinstance(node, nodes.section)]
+        (sections[0] if sections else doctree).append(listing(env, origins))
+
+
+def name_folded_code(doctree):
+    """«Code: the observer's path» instead of «Show code cell source», where a caption says what it draws."""
+    for cell in doctree.findall(nodes.container):
+        captions = list(cell.findall(nodes.caption)) if cell.get("nb_element") == "cell_code" else []
+        if captions and cell.get("prompt_show", "").startswith("Show code cell"):
+            words = re.split(r"[.:;,(]\s", captions[0].astext() + " ")[0]
+            cell["prompt_show"] = cell["prompt_hide"] = f"Code: {words}"
+
+
+def mark_cells(env, doctree, notebook, origins):
+    """A label for every cell that is shown, and for one that is not, at the table it makes."""
+    places = {}
+    for cell in doctree.findall(nodes.container):
+        if cell.get("nb_element") == "cell_code":
+            places[cell["cell_index"]] = f"cell-{cell['cell_index']}"
+            cell["ids"].append(places[cell["cell_index"]])
+    for origin in origins:
+        if origin.table:
+            places.setdefault(origin.cell, label_of(origin.paper, origin.table))
+    for cell, place in places.items():
+        env.get_domain("std").note_hyperlink_target(cell_label(notebook, cell), env.docname, place)
+
+
+def listing(env, origins):
+    """The folded list."""
+    items = nodes.bullet_list()
+    for origin in origins:
+        cell = f"cell {origin.cell}"
+        place = (
+            link(env, cell_label(origin.notebook, origin.cell), cell) if origin.table else nodes.Text(cell)
+        )
+        runs = "; ".join(map(str, origin.sources))
+        rest = nodes.Text(f"; {runs}." if runs else ".")
+        items += nodes.list_item(
+            "", nodes.paragraph("", "", what(env, origin), nodes.Text(": "), place, rest)
+        )
+    intro = nodes.paragraph("", "Made by ", nodes.literal("", f"notebooks/{origins[0].notebook}"))
+    intro += nodes.Text(
+        ". For each: the cell and, where random numbers are in it, the runs that it is made from."
+    )
+    box = nodes.admonition(classes=["dropdown", "provenance"])
+    box += [nodes.title("", "Where the figures and tables come from"), intro, items]
+    return box
+
+
+def what(env, origin):
+    """A reference to the figure or judged table."""
+    if origin.table:
+        return link(env, label_of(origin.paper, origin.table), f"{origin.table}, judged")
+    return addnodes.pending_xref(
+        "", nodes.literal("", origin.figure), refdomain="std", reftype="numref", reftarget=origin.figure,
+        refexplicit=False, refwarn=True, refdoc=env.docname,
+    )  # fmt: skip
+
+
+def setup(app):
+    app.connect("doctree-read", add_provenance)
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

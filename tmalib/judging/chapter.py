@@ -1,0 +1,94 @@
+"""What a chapter calls: numbers for its sentences, figures that say where they come from, stored runs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from ..montecarlo import SEED, monte_carlo
+from .store import RunStore
+
+SOURCES = "application/vnd.tmalib.sources+json"  # the type of a cell's output that says what made its figure
+RUNS = "TMALIB_RUNS"  # variable of the environment: folder of the run store; without it nothing is stored
+
+
+def numbers(prefix, **values):
+    """Make numbers known to the sentences of the book: ``{glue:text}`PREFIX-NAME:.2f` ``.
+
+    Parameters
+    ----------
+    prefix : str
+        First part of every key.
+    **values
+        Numbers by name, where ``_`` becomes ``-``. Several under one name: a dict gives
+        ``PREFIX-NAME-KEY``, a sequence ``PREFIX-NAME-0``, ``-1`` and so on, also one within the other.
+
+    Returns
+    -------
+    Numbers
+        Shows itself as a table to who opens the chapter in Jupyter, where the sentences have holes.
+    """
+    from myst_nb import glue
+
+    found = dict(_flat(prefix, values))
+    for key, value in found.items():
+        glue(key, value, display=False)
+    return Numbers(found)
+
+
+def _flat(key, value):
+    if isinstance(value, Mapping):
+        for name, part in value.items():
+            yield from _flat(f"{key}-{str(name).replace('_', '-')}", part)
+    elif np.ndim(value):
+        for place, part in enumerate(value):
+            yield from _flat(f"{key}-{place}", part)
+    else:
+        number = float(value)
+        yield key, int(number) if number.is_integer() else number
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Numbers by key; a table in Jupyter."""
+
+    values: dict
+
+    def __str__(self):
+        width = max(map(len, self.values), default=0)
+        return "\n".join(f"{key:{width}}  {value:.6g}" for key, value in self.values.items())
+
+    def _repr_html_(self):
+        rows = [f"<tr><td>{key}</td><td>{value:.6g}</td></tr>" for key, value in self.values.items()]
+        return f"<table>{''.join(rows)}</table>"
+
+    __repr__ = __str__
+
+
+def show(*made_from):
+    """Show the figure of a cell, and say which random numbers are in it.
+
+    Parameters
+    ----------
+    *made_from : Runs or Stream
+    """
+    import matplotlib.pyplot as plt
+    from IPython.display import display
+
+    plt.show()
+    if made_from:
+        display({SOURCES: [asdict(found.source) for found in made_from]}, raw=True)
+
+
+def stored_runs(task, runs, stream, *, seed=SEED):
+    """`tmalib.monte_carlo`, taken from the run store where the same code has already made them.
+
+    The store is the folder that the environment names in ``TMALIB_RUNS``, as the Makefile does.
+    """
+    folder = os.environ.get(RUNS)
+    if not folder:
+        return monte_carlo(task, runs, stream, seed=seed)
+    return RunStore(folder).monte_carlo(task, runs, stream, seed=seed)

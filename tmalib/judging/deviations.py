@@ -1,0 +1,121 @@
+"""The deviations of all Monte-Carlo numbers, against what they would be if every printed number were right.
+
+The null of a row is that of `tmalib.judging.verdict.z_score`: ``max(0, |N| - r)`` with a standard normal N
+and the rounding r, half a unit of the last printed digit in standard errors.
+"""
+
+from __future__ import annotations
+
+import csv
+from itertools import groupby
+from pathlib import Path
+from statistics import NormalDist
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from .. import figures
+from .verdict import CORRECTED, INCONCLUSIVE, NOT_REPRODUCED, REPRODUCED, UNSPECIFIED
+
+NAME = "fig-verdicts-z"
+LOOKS = {  # marker, entity whose colour it has, filled
+    REPRODUCED: ("o", "mle", True),
+    CORRECTED: ("o", "mle", True),
+    INCONCLUSIVE: ("D", "light", True),
+    NOT_REPRODUCED: ("X", "target", True),
+    UNSPECIFIED: ("s", "null", False),
+}
+LABELS = {CORRECTED: "reproduced, also after correction"}
+NORMAL = NormalDist()
+TWO_SIDED = NORMAL.inv_cdf(0.975)
+EDGES = np.arange(0, 4.01, 0.25)
+
+
+def beyond(z, r):
+    """Probability under the null of a deviation above ``z``."""
+    return 2 * NORMAL.cdf(-(z + r))
+
+
+def counts(claims):
+    """What the text says about the figure; ``claims`` are all of the book."""
+    tested = [c for c in claims if c.z is not None]
+    judged = [c for c in tested if c.verdict != UNSPECIFIED]
+    far = [c for c in judged if c.z > c.limit]
+    near = [c for c in judged if c.z <= c.limit]
+    due = sum(beyond(TWO_SIDED, c.rounding) - beyond(c.limit, c.rounding) for c in near)
+    return {
+        "rows": len(judged),
+        "tables": len({c.key[:2] for c in judged}),
+        "assumed": len(tested) - len(judged),
+        "far": len(far),
+        "far-tables": len({c.key[:2] for c in far}),
+        "near": len(near),
+        "above": sum(c.z > TWO_SIDED for c in near),
+        "above-expected": due,
+        "below-one": sum(c.z < 1 for c in near),
+        "below-one-expected": sum(1 - beyond(1, c.rounding) for c in near),
+        "largest": max((c.z for c in judged), default=0.0),
+    }
+
+
+def draw_tables(ax, claims, papers):
+    """A line of points a table, its limit, and the names of the cells beyond."""
+    place, ticks, shown = 0, {}, {}
+    for key, found in groupby((c for c in claims if c.z is not None), key=lambda c: c.paper):
+        paper = papers[key]
+        ax.annotate(paper.title, (0, place), xytext=(4, 0), textcoords="offset points",
+                    va="center", fontweight="bold", fontsize=9)  # fmt: skip
+        for table, family in groupby(found, key=lambda c: c.table):
+            place += 1
+            family = list(family)
+            ticks[place] = paper.tables[table]
+            ax.plot([family[0].limit] * 2, [place - 0.4, place + 0.4], color="black", linewidth=1.2)
+            for claim in family:
+                marker, entity, filled = LOOKS[claim.verdict]
+                colour = figures.colour(entity)
+                (shown[marker],) = ax.plot(
+                    claim.z, place, marker, color=colour, markersize=5, alpha=0.8, markeredgewidth=0.8,
+                    markerfacecolor=colour if filled else "none", linestyle="none",
+                    label=LABELS.get(claim.verdict, claim.verdict),
+                )  # fmt: skip
+            far = sorted(
+                (c for c in family if c.z > c.limit and c.verdict != UNSPECIFIED), key=lambda c: -c.z
+            )
+            names = ", ".join(f"{paper.columns[c.column]} {paper.rows[c.row]}" for c in far)
+            ax.annotate(names, (1.01, place), xycoords=("axes fraction", "data"), va="center", fontsize=7.5)
+        place += 1
+    ax.set_yticks([*ticks], ticks.values())
+    ax.set_ylim(place - 0.3, -0.7)
+    ax.set_xscale("symlog", linthresh=4, linscale=2)
+    ax.set_xticks([0, 1, 2, 3, 4, 10, 30, 100], ["0", "1", "2", "3", "4", "10", "30", "100"])
+    ax.minorticks_off()
+    ax.set_xlim(-0.1, 100)
+    ax.set_xlabel("Deviation from the printed value (standard errors)")
+    ax.legend(handles=shown.values(), loc="lower right", fontsize=8, frameon=True)
+
+
+def draw_counts(ax, claims):
+    """The deviations counted, and the counts to be expected if every printed number were right."""
+    judged = [c for c in claims if c.z is not None and c.verdict != UNSPECIFIED]
+    z = np.array([c.z for c in judged])
+    counted = [*np.histogram(z, EDGES)[0], np.sum(z > EDGES[-1])]
+    above = [[beyond(edge, c.rounding) if edge else 1.0 for edge in EDGES] + [0.0] for c in judged]
+    expected = -np.diff(np.sum(above, axis=0)) if judged else np.zeros(len(EDGES))
+    places = np.append(EDGES, EDGES[-1] + 0.5)
+    ax.stairs(counted, places, fill=True, color=figures.colour("mle"), alpha=0.55, label="counted")
+    ax.stairs(expected, places, color="black", linewidth=1.4, label="expected if every number were right")
+    ax.set_xticks([0, 1, 2, 3, 4, 4.25], ["0", "1", "2", "3", "", "more"])
+    ax.set(xlim=(0, places[-1]), xlabel="Deviation (standard errors)", ylabel="Numbers")
+    ax.legend(loc="upper right", fontsize=8)
+
+
+def draw(claims, papers, folder):
+    """Write the figure, SVG and PDF, and its `counts`, CSV, to ``folder``; returns its name."""
+    figures.use_style()
+    figure, (top, bottom) = plt.subplots(2, 1, figsize=(7.2, 7.4), height_ratios=(2.6, 1))
+    draw_tables(top, claims, papers)
+    draw_counts(bottom, claims)
+    figures.save(figure, Path(folder) / NAME)
+    with (Path(folder) / f"{NAME}.csv").open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows([("name", "value"), *counts(claims).items()])
+    return NAME

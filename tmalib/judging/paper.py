@@ -1,0 +1,141 @@
+"""A paper's manifest and ledger: all that the book has to know of it, read from its folder.
+
+``paper.toml``
+    key, title, citation, part of the book, chapters in order; tables, rows and columns as in the ledger and
+    as typeset; random streams with their numbers; errata with title and status.
+``published.csv``
+    the ledger: one row a printed value, with ``table, row, column``, the value exactly as printed, its unit,
+    its kind and, for a Monte-Carlo number, the paper's number of runs.
+
+Code reads both; no number of a paper stands anywhere else.
+"""
+
+from __future__ import annotations
+
+import csv
+import tomllib
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from ..montecarlo import Stream
+
+PAPERS = Path(__file__).parent.parent / "papers"
+KEY = ("paper", "table", "row", "column")
+KINDS = ("input", "deterministic", "count", "monte-carlo", "text")
+MANIFEST = (
+    "key", "title", "citation", "part", "chapters", "tables", "rows", "columns", "streams", "errata",
+)  # fmt: skip
+LEDGER = ("table", "row", "column", "printed", "unit", "kind", "runs")
+
+
+@dataclass(frozen=True)
+class Printed:
+    """One row of the ledger."""
+
+    paper: str
+    table: str
+    row: str
+    column: str
+    printed: str
+    unit: str
+    kind: str
+    runs: int | None
+
+    @property
+    def key(self):
+        """``(paper, table, row, column)``."""
+        return (self.paper, self.table, self.row, self.column)
+
+    @property
+    def value(self):
+        """The printed number; `ValueError` for a phrase, which has none."""
+        return float(self.printed)
+
+    @property
+    def last_digit(self):
+        """One unit of the last printed digit: 0.01 for "1.50", 10000 for "1.16e6"."""
+        mantissa, _, exponent = self.printed.lower().partition("e")
+        return 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+
+    def units_off(self, value):
+        """Distance of a value from the printed one, in units of the last printed digit."""
+        return abs(value - self.value) / self.last_digit
+
+    def agrees(self, value):
+        """Whether a value is within one unit of the last printed digit; a count must be equal.
+
+        Rounding of the difference itself must not decide: a part in 1e9 of a digit is let pass.
+        """
+        return bool(value == self.value if self.kind == "count" else self.units_off(value) <= 1 + 1e-9)
+
+
+@dataclass(frozen=True)
+class Paper:
+    """The manifest of a paper, and through it the ledger."""
+
+    folder: Path
+    key: str
+    title: str
+    citation: str
+    part: int
+    chapters: tuple
+    tables: dict
+    rows: dict
+    columns: dict
+    streams: dict
+    errata: dict
+
+    @property
+    def notebooks(self):
+        """Name of the folder of its chapters, the same as that of its modules."""
+        return self.folder.name
+
+    @cached_property
+    def ledger(self):
+        """All printed values, a dict from ``(table, row, column)`` to `Printed`."""
+        path = self.folder / "published.csv"
+        with path.open(newline="", encoding="utf-8") as lines:
+            reader = csv.DictReader(lines)
+            if tuple(reader.fieldnames or ()) != LEDGER:
+                raise ValueError(f"{path}: the columns must be {LEDGER}, got {reader.fieldnames}")
+            rows = [self._check_row(path, reader.line_num, row) for row in reader]
+        found = {row.key[1:]: row for row in rows}
+        if len(found) < len(rows):
+            raise ValueError(f"{path}: two rows have the same table, row and column")
+        return found
+
+    def _check_row(self, path, line, row):
+        for name, known in (("table", self.tables), ("row", self.rows), ("column", self.columns)):
+            if row[name] not in known:
+                raise ValueError(f"{path}, line {line}: {name} {row[name]!r} is not in the manifest")
+        if row["kind"] not in KINDS:
+            raise ValueError(f"{path}, line {line}: kind must be one of {KINDS}, got {row['kind']!r}")
+        return Printed(self.key, **row | {"runs": int(row["runs"]) if row["runs"] else None})
+
+    def printed(self, table, row, column):
+        """The ledger's row with this key; `ValueError` if there is none."""
+        if (table, row, column) not in self.ledger:
+            raise ValueError(f"{self.key} has no printed value {(table, row, column)}; see its published.csv")
+        return self.ledger[table, row, column]
+
+    def stream(self, name):
+        """The `Stream` that the manifest numbers; `ValueError` for a name that it does not have."""
+        if name not in self.streams:
+            raise ValueError(f"stream must be one of {sorted(self.streams)}, got {name!r}")
+        return Stream(name, self.streams[name])
+
+
+def read_paper(folder):
+    """The `Paper` in a folder; `ValueError` for a manifest that lacks something or has something unknown."""
+    path = Path(folder) / "paper.toml"
+    found = tomllib.loads(path.read_text(encoding="utf-8"))
+    if found.keys() != set(MANIFEST):
+        raise ValueError(f"{path} must have {sorted(MANIFEST)}, got {sorted(found)}")
+    return Paper(Path(folder), **found | {"chapters": tuple(found["chapters"])})
+
+
+def read_papers(folder=PAPERS):
+    """All papers, in the order of the book: a dict from key to `Paper`."""
+    found = [read_paper(path.parent) for path in Path(folder).glob("*/paper.toml")]
+    return {paper.key: paper for paper in sorted(found, key=lambda paper: paper.part)}

@@ -1,0 +1,295 @@
+"""The verdict on a printed value.
+
+*Deterministic* rows (bounds, factors) and *inputs* agree when ours differs by at most one unit of the
+last printed digit; a *count* must be the same integer. *Text* rows are phrases ("a good approximation"):
+the chapter says beforehand which quantity measures the phrase and between which limits it holds.
+*Monte-Carlo* rows are compared by::
+
+    z = max(0, |ours - printed| - half a unit) / sqrt(SE_ours^2 + SE_printed^2).
+
+SE_printed is the sampling error of a statistic from the paper's number of runs, computed from our
+spread. The m rows of a table are one family: with the Sidak level ``1 - (1 - alpha)^(1/m)`` a table
+that is right is rejected with probability alpha at most. A criterion that cannot reject is not a pass,
+so each Monte-Carlo row also states the smallest deviation that would have been found with 80 %
+probability. Where that is more than half the spread of the errors, as heavy tails make it, or where our
+own sampling error exceeds the paper's, agreement proves little and the verdict is "inconclusive".
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import asdict, dataclass
+from statistics import NormalDist
+
+import numpy as np
+
+from ..checks import check_scalar, store
+from ..montecarlo import Source
+
+ALPHA = 0.05
+POWER = 0.8
+RESOLUTION = 0.5  # of the errors' spread: a test that cannot see so much is not conclusive
+CLAIMS = "application/vnd.tmalib.claims+json"  # the type of a notebook's output that carries claims
+
+REPRODUCED = "reproduced"
+CORRECTED = "reproduced after correction"
+NOT_REPRODUCED = "not reproduced"
+INCONCLUSIVE = "inconclusive"
+UNSPECIFIED = "unspecified"
+SYMBOLS = {REPRODUCED: "✓", CORRECTED: "✓*", NOT_REPRODUCED: "✗", INCONCLUSIVE: "?", UNSPECIFIED: "~"}
+
+
+def within(value, at_least=None, at_most=None):
+    """Whether a value, or each of an array, is between its limits; NaN is not."""
+    low = -np.inf if at_least is None else at_least
+    high = np.inf if at_most is None else at_most
+    value = np.asarray(value, dtype=float)
+    return (value >= low) & (value <= high)
+
+
+@dataclass(frozen=True)
+class Ours:
+    """Our value for a printed one.
+
+    Attributes
+    ----------
+    value : float
+    se : float
+        Standard error of ours; 0 for a deterministic value.
+    se_printed : float
+        Standard error that the printed statistic had, from the paper's number of runs.
+    spread : float
+        Standard deviation of one run's error, the scale of what the test ought to resolve.
+    erratum : str
+        Identifier of the erratum whose correction was applied, if any.
+    assumption : str
+        What had to be assumed because the paper does not say it, if anything.
+    note : str
+    at_least, at_most : float, optional
+        For a text row: the limits within which the printed phrase holds.
+    """
+
+    value: float
+    se: float = 0.0
+    se_printed: float = 0.0
+    spread: float = 0.0
+    erratum: str = ""
+    assumption: str = ""
+    note: str = ""
+    at_least: float | None = None
+    at_most: float | None = None
+
+    @property
+    def criterion(self):
+        """The limits in words; empty where there are none."""
+        limits = (("at least", self.at_least), ("at most", self.at_most))
+        return " and ".join(f"{word} {limit:g}" for word, limit in limits if limit is not None)
+
+
+def of_statistics(found, i, printed_runs):
+    """Bias and standard deviation of component ``i``, two `Ours`, against those of ``printed_runs`` runs.
+
+    ``found`` are the `tmalib.montecarlo.Statistics` of our own runs.
+    """
+    pairs = ((found.bias, found.bias_se), (found.std, found.std_se))
+    return tuple(Ours(value[i], se()[i], se(printed_runs)[i], found.std[i]) for value, se in pairs)
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A judged row of the ledger, as it is written into a notebook's output and as it is read from there.
+
+    Attributes
+    ----------
+    paper, table, row, column, printed, unit, kind : str
+        The row of the ledger.
+    ours, se : float
+    z, limit, rounding, detectable : float or None
+        None where deterministic: the deviation, the family's limit for it, half a unit of the last printed
+        digit (both in standard errors), and the smallest deviation that would have been found.
+    verdict, erratum, note : str
+    sources : tuple of Source
+        The Monte-Carlo runs behind ours.
+    notebook : str
+    cell : int
+        Where it was computed; filled in when it is read.
+    """
+
+    paper: str
+    table: str
+    row: str
+    column: str
+    printed: str
+    unit: str
+    kind: str
+    ours: float
+    se: float
+    z: float | None
+    limit: float | None
+    rounding: float | None
+    detectable: float | None
+    verdict: str
+    erratum: str
+    note: str
+    sources: tuple = ()
+    notebook: str = ""
+    cell: int = -1
+
+    def __post_init__(self):
+        sources = [source if isinstance(source, Source) else Source(**source) for source in self.sources]
+        store(self, sources=tuple(sources))
+
+    @property
+    def key(self):
+        """``(paper, table, row, column)``."""
+        return (self.paper, self.table, self.row, self.column)
+
+
+def z_score(printed_value, last_digit, ours):
+    """Deviation in standard errors, rounding of the printed value allowed for."""
+    excess = max(0.0, abs(ours.value - printed_value) - last_digit / 2)
+    return excess / np.hypot(ours.se, ours.se_printed)
+
+
+def sidak_limit(rows, alpha=ALPHA):
+    """Largest ``|z|`` in a family of ``rows`` rows that does not reject at level ``alpha``."""
+    alpha = check_scalar("alpha", alpha, above=0.0)
+    level = 1 - (1 - alpha) ** (1 / rows)
+    return NormalDist().inv_cdf(1 - level / 2)
+
+
+def judge(paper, table, ours, *, made_from=(), alpha=ALPHA):
+    """Judge rows of a table.
+
+    Parameters
+    ----------
+    paper : Paper
+    table : str
+    ours : dict
+        ``(row, column)`` to `Ours`. All Monte-Carlo rows of the table belong in one call: they are the
+        family over which the level is kept.
+    made_from : sequence of Runs or Stream
+        The Monte-Carlo runs behind ours; every Monte-Carlo row and phrase names them.
+    alpha : float
+        Probability of rejecting a table that is right.
+
+    Returns
+    -------
+    Verdicts
+
+    Raises
+    ------
+    ValueError
+        For a key that is not in the ledger, an empty dict, a value that is not finite, a Monte-Carlo
+        row without standard errors, a text row without limits or another row with them.
+    """
+    rows = [(paper.printed(table, *key), value) for key, value in ours.items()]
+    return judge_rows(rows, made_from=made_from, alpha=alpha)
+
+
+def judge_rows(rows, *, made_from=(), alpha=ALPHA):
+    """Judge pairs of `Printed` and `Ours`, one table, like `judge`; the printed values may be simulated."""
+    rows = list(rows)
+    if not rows:
+        raise ValueError("nothing to judge: ours is empty")
+    sources = tuple(dict.fromkeys(found.source for found in made_from))
+    family = sum(row.kind == "monte-carlo" for row, _ in rows)
+    limit = sidak_limit(family, alpha) if family else None
+    return Verdicts(tuple(_judge_row(row, ours, limit, sources) for row, ours in rows), limit)
+
+
+def _judge_row(row, ours, limit, sources):
+    check_scalar(f"our value of {row.key}", ours.value)
+    if (row.kind == "text") != bool(ours.criterion):
+        raise ValueError(
+            f"limits (at_least, at_most) are for text rows, which need one: {row.key}, got {ours}"
+        )
+    z = rounding = detectable = None
+    resolved = True
+    if row.kind == "monte-carlo":
+        if not (ours.se > 0 and ours.se_printed > 0 and ours.spread > 0):
+            raise ValueError(f"the Monte-Carlo row {row.key} needs standard errors and a spread, got {ours}")
+        half, spread = row.last_digit / 2, np.hypot(ours.se, ours.se_printed)
+        z, rounding = z_score(row.value, row.last_digit, ours), float(half / spread)
+        detectable = float(half + (limit + NormalDist().inv_cdf(POWER)) * spread)
+        agrees = z <= limit
+        resolved = ours.se <= ours.se_printed and detectable <= RESOLUTION * ours.spread
+    elif row.kind == "text":
+        agrees = within(ours.value, ours.at_least, ours.at_most)
+    else:
+        agrees = row.agrees(ours.value)
+    held = f"{'holds' if agrees else 'does not hold'}: {ours.criterion} was asked" if ours.criterion else ""
+    return Claim(
+        *row.key,
+        row.printed,
+        row.unit,
+        row.kind,
+        ours=float(ours.value),
+        se=float(ours.se),
+        z=None if z is None else float(z),
+        limit=None if z is None else limit,
+        rounding=rounding,
+        detectable=detectable,
+        verdict=_word(agrees, resolved, ours),
+        erratum=ours.erratum,
+        note="; ".join(filter(None, (held, ours.note, ours.assumption))),
+        sources=sources if row.kind in ("monte-carlo", "text") else (),
+    )
+
+
+def _word(agrees, resolved, ours):
+    """The verdict in one of the five words."""
+    if ours.assumption:
+        return UNSPECIFIED
+    if not agrees:
+        return NOT_REPRODUCED
+    if not resolved:
+        return INCONCLUSIVE
+    return CORRECTED if ours.erratum else REPRODUCED
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """Judged rows of one table; shows itself as a table and carries its claims to the book."""
+
+    claims: tuple
+    limit: float | None
+
+    def __iter__(self):
+        return iter(self.claims)
+
+    def __len__(self):
+        return len(self.claims)
+
+    def of(self, row, column):
+        """The claim on one row."""
+        for claim in self.claims:
+            if (claim.row, claim.column) == (row, column):
+                return claim
+        raise ValueError(f"no claim on row {row!r}, column {column!r} was judged here")
+
+    def count(self, *verdicts):
+        """How many rows have one of these verdicts."""
+        return sum(claim.verdict in verdicts for claim in self.claims)
+
+    def __str__(self):
+        lines = [("row", "column", "printed", "ours", "se", "z", "verdict")]
+        for c in self.claims:
+            z = "" if c.z is None else f"{c.z:.2f}"
+            se = f"{c.se:.2g}" if c.se else ""
+            lines.append((c.row, c.column, c.printed, same_digits(c.ours, c.printed), se, z, c.verdict))
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+
+    def _repr_mimebundle_(self, include=None, exclude=None):
+        return {"text/plain": str(self), CLAIMS: [asdict(claim) for claim in self.claims]}
+
+
+def same_digits(value, like):
+    """``value`` with as many digits as the printed number ``like``; three significant ones for a phrase."""
+    if not re.fullmatch(r"[-+]?[0-9.]+(e[-+]?[0-9]+)?", like.lower()):
+        return f"{value:.3g}"
+    mantissa, _, exponent = like.lower().partition("e")
+    decimals = len(mantissa.partition(".")[2])
+    text = f"{value:.{decimals}{'e' if exponent else 'f'}}"
+    return re.sub(r"e([+-])0*(\d)", lambda m: f"e{m[1].replace('+', '')}{m[2]}", text)

@@ -1,0 +1,51 @@
+"""`conical-angles`: the Monte-Carlo rows of its tables as `Ours`, and the judgement of Tables 3 and 4."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...judging import Ours, judge, of_statistics
+from ...montecarlo import statistics
+from .paper import PAPER
+from .turning import estimators
+
+PRINTED_RUNS = 500
+ROWS = ("xT", "yT", "vxT", "vyT")
+ROWS_WITH_DEPTH = ("xT", "yT", "zT", "vxT", "vyT")
+ERRATA = "conical-19, conical-20"  # on which Tables 3 and 4 rest
+
+
+def signed_bias_and_std(row, i, errors, erratum="", bias_erratum="", sign=1):
+    """Bias and standard deviation of component ``i`` as `Ours`, against 500 printed runs.
+
+    ``errors``, ``(runs, n)``, are estimate minus truth. The paper's bias is truth minus mean estimate, and so
+    is ours here; ``sign=-1`` turns it where the printed sign is an erratum. ``erratum`` and ``bias_erratum``
+    name the corrections applied, to both numbers and to the bias only.
+    """
+    bias, std = of_statistics(statistics(errors), i, PRINTED_RUNS)
+    errata = ", ".join(filter(None, [erratum, bias_erratum]))
+    return {
+        (row, "bias"): replace(bias, value=-sign * bias.value, erratum=errata),
+        (row, "std_sample"): replace(std, erratum=erratum),
+    }
+
+
+def judge_turning(table, errors, bound, made_from, erratum_bound=ERRATA):
+    """Judge all rows of Table 3 or 4 from errors ``(runs, n)`` and bound ``(n, n)``."""
+    plain = len(bound) == 5
+    rows = ROWS_WITH_DEPTH if plain else ROWS
+    truth = estimators()["plain" if plain else "reduced"].state
+    ours = {}
+    for i, row in enumerate(rows):
+        ours[row, "true"] = Ours(truth[i])
+        ours |= signed_bias_and_std(row, i, errors, ERRATA)
+        ours[row, "std_crlb"] = Ours(float(np.sqrt(bound[i, i])), erratum=erratum_bound)
+    return judge(PAPER, table, ours, made_from=made_from)
+
+
+def mean_nees(values, erratum=ERRATA):
+    """Mean NEES as `Ours`, against 500 printed runs."""
+    std = float(np.std(values, ddof=1))
+    return Ours(float(np.mean(values)), std / np.sqrt(len(values)), std / np.sqrt(PRINTED_RUNS), std, erratum)

@@ -1,0 +1,114 @@
+"""`emw-acoustic`: the drawings that the six scenarios share, Figures 2-7 of the paper and two of our own."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from ... import figures
+from . import experiments
+from . import scenarios as emw
+
+ESTIMATORS = ("mle", "ekf")
+
+
+def clouds(number, positions):
+    """Figures 2-7: (a) and (b) courses, ellipses and the clouds of MLE and EKF; (c) and (d) their ends.
+
+    ``positions`` is what `experiments.positions_at_instants` gives.
+    """
+    scenario, shapes = emw.scenario(number), experiments.ellipses(number)
+    times = scenario.sensors[1].times
+    courses = {"observer": scenario.platform.position_at(times), "target": scenario.target.position_at(times)}
+    outlines = [shape.boundary() for shape in shapes]
+    ends = [np.quantile(positions[name][:, -1], [0.03, 0.97], axis=0) for name in ESTIMATORS]
+    boxes = (_box([*courses.values(), *outlines]), _box([outlines[-1], *ends], margin=0.25))
+    figure, axes = plt.subplots(2, 2, figsize=(7.6, 7.2))
+    for column, name in enumerate(ESTIMATORS):
+        for row, ax in enumerate(axes[:, column]):
+            for k, shape in enumerate(shapes):
+                label = (name.upper(), "90 % ellipse") if k == 0 else (None, None)
+                figures.cloud(ax, positions[name][:, k], name, label=label[0], size=6)
+                figures.ellipse(ax, shape, label=label[1], linewidth=0.6 + 0.7 * row)
+            marks = "OT" if row == 0 else ("", "")
+            figures.path(ax, courses["observer"], "platform", label="observer", mark=marks[0])
+            figures.path(ax, courses["target"], "target", label="target", mark=marks[1])
+            figures.map_axes(ax)
+            letter = f"({'abcd'[2 * row + column]})"
+            ax.annotate(letter, (0.03, 0.93), xycoords="axes fraction", fontweight="bold")
+            ax.set(xlim=boxes[row][0], ylim=boxes[row][1], aspect="equal", adjustable="box")
+    for ax in axes[0]:
+        ax.legend(loc="best", fontsize=8)
+    return figure
+
+
+def _box(paths, margin=0.08):
+    """Limits in kilometres of a square around all points of the paths."""
+    points = np.concatenate(paths) / 1e3
+    low, high = points.min(axis=0), points.max(axis=0)
+    half = (0.5 + margin) * np.max(high - low)
+    return [(m - half, m + half) for m in (low + high) / 2]
+
+
+def along(number, positions):
+    """Errors along the long axis of the ellipse over the bound, ``(runs, 3)`` an estimator.
+
+    Positive is away from the observer.
+    """
+    scenario, errors = emw.scenario(number), {name: [] for name in ESTIMATORS}
+    for k, (shape, time) in enumerate(zip(experiments.ellipses(number), emw.instants(number), strict=True)):
+        axis = np.array([np.sin(shape.heading), np.cos(shape.heading)])
+        axis *= np.sign(axis @ (shape.centre - scenario.platform.position_at(time)))
+        sigma = shape.semi_axes[0] / np.sqrt(-2 * np.log(1 - shape.probability))
+        for name in ESTIMATORS:
+            errors[name].append((positions[name][:, k] - shape.centre) @ axis / sigma)
+    return {name: np.stack(columns, axis=1) for name, columns in errors.items()}
+
+
+def histograms(number, errors):
+    """Histograms of the errors `along` the long axis at the three instants, with the bound's Gaussian."""
+    figure, axes = plt.subplots(1, 3, figsize=(7.6, 2.8), sharey=True)
+    bins = np.linspace(-4, 4, 33)
+    for k, (ax, time) in enumerate(zip(axes, emw.instants(number), strict=True)):
+        for name in ESTIMATORS:
+            look = {
+                "histtype": "step",
+                "linewidth": 1.6,
+                "color": figures.colour(name),
+                "label": name.upper(),
+            }
+            share = np.full(
+                len(errors[name]), 4 / len(errors[name])
+            )  # density over all runs, those outside too
+            ax.hist(errors[name][:, k], bins, weights=share, **look)
+        ax.plot(bins, np.exp(-(bins**2) / 2) / np.sqrt(2 * np.pi), color="black", linewidth=1, label="bound")
+        ax.set_xlabel(f"Error at {time:.0f} s (σ)")
+    axes[0].set_ylabel("Density")
+    axes[0].legend(fontsize=8)
+    return figure
+
+
+def consistency_over_time(number, found):
+    """Median normalised error squared and coverage of the 90 % ellipse against time.
+
+    ``found`` is what `experiments.consistency_of_both` gives. The grey bands are where a consistent
+    estimator lies with 90 % probability.
+    """
+    from scipy.stats import beta, binom, chi2
+
+    times, runs = experiments.check_times(number), len(found["mle_nees"])
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7.6, 3.0))
+    for name, marker in zip(ESTIMATORS, "o^", strict=True):
+        look = {"color": figures.colour(name), "marker": marker, "markersize": 4, "label": name.upper()}
+        left.semilogy(times, np.median(found[f"{name}_nees"], axis=0), **look)
+        right.plot(times, 100 * found[f"{name}_inside"].mean(axis=0), **look)
+    median_band = chi2.ppf(beta.ppf([0.05, 0.95], (runs + 1) / 2, (runs + 1) / 2), 4)
+    coverage_band = 100 * binom.ppf([0.05, 0.95], runs, 0.9) / runs
+    left.axhspan(*median_band, color="#D8D8D8", label="consistent")
+    right.axhspan(*coverage_band, color="#D8D8D8", label="consistent")
+    left.set_yticks([1, 3, 10, 30, 100], ["1", "3", "10", "30", "100"])
+    left.minorticks_off()
+    left.set(xlabel="Time (s)", ylabel="Median error squared")
+    right.set(xlabel="Time (s)", ylabel="Truth in the 90 % ellipse (%)", ylim=(-2, 102))
+    left.legend(fontsize=8)
+    return figure

@@ -1,0 +1,84 @@
+"""`emw-acoustic`: the judgement of Tables I-VI."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...bounds import crlb_sigma
+from ...judging import Ours, judge, of_statistics
+from ...montecarlo import CHUNK, statistics
+from . import scenarios as emw
+from .paper import PAPER
+
+PRINTED_RUNS = 500  # runs behind every Monte-Carlo number of the tables
+TABLES = {1: "Table I", 2: "Table II", 3: "Table III", 4: "Table IV", 5: "Table V", 6: "Table VI"}
+ROWS = ("xT", "yT", "vxT", "vyT")
+HEAVY = 10.0  # kurtosis above which a few runs decide a standard deviation
+
+
+def judge_scenario(number, results, notes=None):
+    """Judge all rows of the scenario's table.
+
+    Parameters
+    ----------
+    number : int
+    results : Runs
+        Of `experiments.both_estimators`: errors ``mle`` and ``ekf``.
+    notes : dict, optional
+        ``(row, column)`` to a remark that goes with the verdict: what was tried, for instance.
+
+    Returns
+    -------
+    Verdicts
+    """
+    now = emw.scenario(number)
+    bound, botma = crlb_sigma(now), crlb_sigma(emw.botma_scenario(now))
+    ours = {}
+    for i, row in enumerate(ROWS):
+        ours[row, "true"] = Ours(now.state[i])
+        ours |= unsigned_bias_and_std(row, i, results["mle"], "mle", "emw-1")
+        ours |= unsigned_bias_and_std(row, i, results["ekf"], "ekf", filter_errata(number))
+        ours[row, "std_crlb"] = Ours(bound[i], erratum="emw-1")
+        ours[row, "std_crlb_botma"] = Ours(botma[i], erratum="emw-1, emw-4")
+    for key, note in (notes or {}).items():
+        ours[key] = replace(ours[key], note="; ".join(filter(None, [ours[key].note, note])))
+    return judge(PAPER, TABLES[number], ours, made_from=[results])
+
+
+def judge_filter(number, errors):
+    """Judge the eight EKF numbers of a table alone, for a variant of the filter.
+
+    ``errors`` is ``(runs, 4)``. For comparing variants: the chapter's own claims come from `judge_scenario`.
+    """
+    ours = {}
+    for i, row in enumerate(ROWS):
+        ours |= unsigned_bias_and_std(row, i, errors, "ekf")
+    return judge(PAPER, TABLES[number], ours)
+
+
+def filter_errata(number):
+    """Errata on which the EKF columns of a table rest (see the book's errata page)."""
+    radar_only = ["emw-2"] if number in (1, 3, 5) else []
+    first_range = ["emw-5"] if number in (5, 6) else []
+    return ", ".join(["emw-1", *radar_only, "emw-3", *first_range])
+
+
+def unsigned_bias_and_std(row, i, errors, estimator, erratum=""):
+    """Bias and standard deviation of component ``i`` as `Ours`, against 500 printed runs.
+
+    The paper prints biases without a sign, so ours is compared by its magnitude. Where a few stray runs
+    decide a standard deviation, the note says what experiments of 500 of our own runs give.
+    """
+    found = statistics(errors)
+    bias, std = of_statistics(found, i, PRINTED_RUNS)
+    note = ""
+    if found.kurtosis[i] > HEAVY and len(errors) >= CHUNK:
+        experiments = errors[: len(errors) // CHUNK * CHUNK, i].reshape(-1, CHUNK)
+        low, high = np.quantile(experiments.std(axis=1, ddof=1), [0.05, 0.95])
+        note = f"stray runs: 90 % of our own experiments of {CHUNK} runs give {low:.3g} to {high:.3g}"
+    return {
+        (row, f"bias_{estimator}"): replace(bias, value=abs(bias.value), erratum=erratum),
+        (row, f"std_{estimator}"): replace(std, erratum=erratum, note=note),
+    }
