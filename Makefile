@@ -79,9 +79,9 @@ notebooks: $(ENV)  ## execute the chapters whose code has changed
 	  $(BIN)/python tools/build.py keep && test -z "$${failed:-}"; \
 	else $(BIN)/python tools/build.py keep; fi
 
-claims: notebooks  ## judge every printed value: build/claims.json, build/provenance.json
+claims: notebooks  ## judge every printed value: build/claims.json
 	@echo "==> Collecting the claims"
-	$(BIN)/python tools/build.py collect
+	$(BIN)/python tools/build.py judge
 	$(BIN)/python tools/build.py export
 
 book: claims  ## the book, built and checked: build/html/book/intro.html
@@ -90,9 +90,9 @@ book: claims  ## the book, built and checked: build/html/book/intro.html
 	@rm -rf build/site
 	$(BIN)/jupyter-book build . --config book/_config.yml --toc book/_toc.yml --path-output build/site \
 	  -W -n --keep-going 2>&1 | tee build/book.log
-	$(BIN)/python tools/build.py cached build/book.log
+	$(BIN)/python tools/build.py cached
 	@rm build/site/_build/html/.buildinfo  # serves incremental builds, and differs between directories
-	$(BIN)/python tools/check_site.py build/site/_build/html
+	SITE=build/site/_build/html $(BIN)/python -m pytest -q tests/site/test_pages.py -n $(JOBS)
 	@rm -rf build/html && mv build/site/_build/html build/html
 	@echo "==> The book: build/html/index.html"
 

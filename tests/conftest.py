@@ -1,5 +1,8 @@
 """Scenarios that several tests share."""
 
+import shutil
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -16,3 +19,12 @@ def scenario():
     radar = tma.Sensor(tma.Bearing(), np.arange(0, 601, 10.0), np.radians(0.5), "radar")
     sonar = tma.Sensor(tma.DelayedBearing(1500.0), np.arange(0, 601, 40.0), np.radians(0.7), "sonar")
     return tma.Scenario(target, platform, [radar, sonar], reference_time=600.0)
+
+
+@pytest.fixture
+def copy_of_library(tmp_path):
+    """A copy of the package alone, to be changed and imported by another process."""
+    copy = tmp_path / "copy"
+    source = Path(tma.__file__).parent
+    shutil.copytree(source, copy / "tmalib", ignore=shutil.ignore_patterns("__pycache__"))
+    return copy

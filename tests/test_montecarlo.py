@@ -66,7 +66,8 @@ def test_a_name_makes_a_stream_far_from_the_numbered_ones():
 
 def test_runs_say_where_they_come_from():
     found = tma.monte_carlo(partial(partial(draw_scaled, 2.0), shift=1), 7, "own", seed=5)
-    assert set(found) == {"x"} and len(found) == 1
+    assert set(found) == {"x"}
+    assert len(found) == 1
     assert found.source == tma.Source(f"{__name__}.draw_scaled(2.0, shift=1)", "own", 5, 7)
     assert "7 runs, stream own, seed 5" in repr(found)
 

@@ -2,12 +2,12 @@
 
 Usage: build.py STEP, from the root of the repository
 
-stale    copy the chapters that must be executed to build/executing; print how many
+stale    copy the chapters that must be executed to build/executing; print which
 keep     take over what was executed, with today's prose, and fill the cache from which the book takes outputs
-collect  claims and origins of figures and tables: build/claims.json, build/provenance.json; print the score
+judge    collect the claims, refuse an incomplete ledger, write build/claims.json, print the score
 export   every figure and table: build/figures
-cached   check in the log of the book's build (a further argument) that no chapter was executed again
 prose    check that the sentences take their verdicts and numbers from the ledger and the cells
+cached   check in build/book.log that the book executed no chapter again
 """
 
 import sys
@@ -15,61 +15,52 @@ from pathlib import Path
 
 from tmalib.judging import chapters, collect, export, prose, read_papers
 
-SOURCES, LOCK = Path("notebooks"), Path("environment.txt")
-BUILD = Path("build")
-EXECUTED, EXECUTING = BUILD / "executed", BUILD / "executing"
-CLAIMS, ORIGINS = BUILD / "claims.json", BUILD / "provenance.json"
+SOURCES, LOCK, BUILD = Path("notebooks"), Path("environment.txt"), Path("build")
+EXECUTED, EXECUTING, CLAIMS = BUILD / "executed", BUILD / "executing", BUILD / "claims.json"
 
 
-def stale() -> list[str]:
+def stale() -> None:
     names = chapters.prepare(SOURCES, EXECUTED, EXECUTING, LOCK)
     print(f"{len(names)} of {len(chapters.notebooks_in(SOURCES))} chapters to execute", *names, sep="\n  ")
-    return []
 
 
 def keep() -> list[str]:
     found = chapters.keep(SOURCES, EXECUTED, EXECUTING)
-    if not found:
-        chapters.fill_cache(EXECUTED, BUILD / ".jupyter_cache")
-    return found
+    return found or chapters.fill_cache(EXECUTED, BUILD / ".jupyter_cache")
 
 
 def judge() -> list[str]:
     papers = read_papers()
-    claims = collect.in_order(collect.claims_of(EXECUTED), papers)
-    if found := collect.problems(claims, papers):
-        return found
-    collect.write_json(claims, CLAIMS)
-    collect.write_json(collect.origins_of(EXECUTED, claims), ORIGINS)
-    print(*collect.score(claims, papers), sep="\n")
-    return []
+    claims = collect.in_order(collect.over_all(collect.claims_in, EXECUTED), papers)
+    if not (found := collect.problems(claims, papers)):
+        collect.write_claims(claims, CLAIMS)
+        print(*collect.score(claims, papers), sep="\n")
+    return found
 
 
-def write() -> list[str]:
-    claims, origins = collect.read_claims(CLAIMS), collect.read_origins(ORIGINS)
-    drawn, tables = export.export(EXECUTED, claims, origins, read_papers(), BUILD / "figures")
-    print(f"{drawn} figures and {tables} tables in {BUILD / 'figures'}")
-    return []
+def write() -> None:
+    claims, target = collect.read_claims(CLAIMS), BUILD / "figures"
+    drawn, tables = export.export(EXECUTED, claims, read_papers(), "pyproject.toml", target)
+    print(f"{drawn} figures and {tables} tables in {target}")
 
 
 def check() -> list[str]:
     pages = prose.pages_of("book", SOURCES)
-    made = collect.numbers_of(EXECUTED)
+    made = {name: collect.numbers_in(chapters.read(p)) for name, p in chapters.notebooks_in(EXECUTED).items()}
     print(f"{len(pages)} pages, {sum(map(len, made.values()))} numbers from cells")
     return prose.wrong_verdicts(pages) + prose.wrong_numbers(pages, SOURCES, made)
 
 
-def cached(log: str) -> list[str]:
-    taken = Path(log).read_text(encoding="utf-8").count("Using cached notebook")
+def cached() -> list[str]:
+    taken = (BUILD / "book.log").read_text(encoding="utf-8").count("Using cached notebook")
     wanted = len(chapters.notebooks_in(SOURCES))
     return [] if taken == wanted else [f"the book took the outputs of {taken} chapters, not of {wanted}"]
 
 
-STEPS = {"stale": stale, "keep": keep, "collect": judge, "export": write, "cached": cached, "prose": check}
+STEPS = {"stale": stale, "keep": keep, "judge": judge, "export": write, "prose": check, "cached": cached}
 
 if __name__ == "__main__":
-    step, *arguments = sys.argv[1:] or ["help"]
-    if step not in STEPS:
+    if len(sys.argv) != 2 or sys.argv[1] not in STEPS:
         sys.exit(__doc__)
-    if complaints := STEPS[step](*arguments):
+    if complaints := STEPS[sys.argv[1]]():
         sys.exit("\n".join(complaints))

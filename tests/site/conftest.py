@@ -7,8 +7,8 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
+from built_site import SITE
 
-SITE = Path(__file__).parents[2] / "build" / "html"
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 FLAGS = [
     "--no-sandbox",
@@ -25,7 +25,7 @@ class Quiet(SimpleHTTPRequestHandler):
 
 
 @pytest.fixture(scope="session")
-def observer_state() -> Path:
+def site() -> Path:
     if not (SITE / "index.html").is_file():
         pytest.skip("no built book: run `make book` first")
     return SITE

@@ -1,11 +1,10 @@
 """What a reader meets: mathematics, search, narrow screens, dark mode, no network, accessibility."""
 
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
+from built_site import SITE
 
-SITE = Path(__file__).parents[2] / "build" / "html"
 PAGES = sorted(
     p.relative_to(SITE).as_posix() for d in ("book", "notebooks") for p in SITE.glob(f"{d}/**/*.html")
 )

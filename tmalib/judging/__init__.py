@@ -3,9 +3,10 @@
 `paper` reads manifests and ledgers, `verdict` judges, `chapter` is what notebooks call; `store` keeps long
 runs, `code` says which files they and the chapters depend on; `chapters` executes what must be, `collect`
 reads what came out, `prose` checks the sentences, `export` and `deviations` write figures and tables, and
-`sphinx` has the book's directives and roles. Nothing here knows a particular paper.
+`book` has the book's directives and roles. Nothing here knows a particular paper.
 """
 
+# ruff: noqa: F401  these are the names for notebooks and papers
 from .chapter import numbers, show, stored_runs
 from .paper import Paper, Printed, read_paper, read_papers
 from .verdict import (
@@ -26,29 +27,3 @@ from .verdict import (
     within,
     z_score,
 )
-
-__all__ = [
-    "ALPHA",
-    "CORRECTED",
-    "INCONCLUSIVE",
-    "NOT_REPRODUCED",
-    "REPRODUCED",
-    "UNSPECIFIED",
-    "Claim",
-    "Ours",
-    "Paper",
-    "Printed",
-    "Verdicts",
-    "judge",
-    "judge_rows",
-    "numbers",
-    "of_statistics",
-    "read_paper",
-    "read_papers",
-    "same_digits",
-    "show",
-    "sidak_limit",
-    "stored_runs",
-    "within",
-    "z_score",
-]

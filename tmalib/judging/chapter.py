@@ -1,10 +1,8 @@
 """What a chapter calls: numbers for its sentences, figures that say where they come from, stored runs."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 
 import numpy as np
 
@@ -28,15 +26,17 @@ def numbers(prefix, **values):
 
     Returns
     -------
-    Numbers
-        Shows itself as a table to who opens the chapter in Jupyter, where the sentences have holes.
+    IPython.display.HTML
+        A table for who opens the chapter in Jupyter, where the sentences have holes.
     """
+    from IPython.display import HTML
     from myst_nb import glue
 
     found = dict(_flat(prefix, values))
     for key, value in found.items():
         glue(key, value, display=False)
-    return Numbers(found)
+    rows = [f"<tr><td>{key}</td><td>{value:.6g}</td></tr>" for key, value in found.items()]
+    return HTML(f"<table>{''.join(rows)}</table>")
 
 
 def _flat(key, value):
@@ -49,23 +49,6 @@ def _flat(key, value):
     else:
         number = float(value)
         yield key, int(number) if number.is_integer() else number
-
-
-@dataclass(frozen=True)
-class Numbers:
-    """Numbers by key; a table in Jupyter."""
-
-    values: dict
-
-    def __str__(self):
-        width = max(map(len, self.values), default=0)
-        return "\n".join(f"{key:{width}}  {value:.6g}" for key, value in self.values.items())
-
-    def _repr_html_(self):
-        rows = [f"<tr><td>{key}</td><td>{value:.6g}</td></tr>" for key, value in self.values.items()]
-        return f"<table>{''.join(rows)}</table>"
-
-    __repr__ = __str__
 
 
 def show(*made_from):

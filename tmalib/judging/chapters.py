@@ -6,8 +6,6 @@ all these is the chapter's *key*. It is kept in the executed notebook; while the
 outputs are those of the executed one, whatever has happened to its prose.
 """
 
-from __future__ import annotations
-
 import os
 import platform
 import shutil

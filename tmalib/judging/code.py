@@ -4,8 +4,6 @@ Imports are followed in the source, also those inside functions; nothing is exec
 files beside it, so a module of a paper brings manifest and ledger.
 """
 
-from __future__ import annotations
-
 import ast
 import hashlib
 from functools import cache
@@ -18,14 +16,15 @@ DATA = (".toml", ".csv")
 
 
 @cache
-def _graph():
+def import_graph():
+    """All modules of tmalib and their imports, a `grimp.ImportGraph`."""
     return grimp.build_graph(PACKAGE.name, cache_dir=None)
 
 
 def code_of_modules(*names):
     """Files that modules of tmalib use, themselves included; names of other modules do not count."""
-    modules = {name for name in names if name in _graph().modules}
-    modules |= {used for name in modules for used in _graph().find_upstream_modules(name)}
+    modules = {name for name in names if name in import_graph().modules}
+    modules |= {used for name in modules for used in import_graph().find_upstream_modules(name)}
     return {file for name in modules for file in _files_of(name)}
 
 
@@ -43,7 +42,7 @@ def code_of_source(source):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             members = {f"{node.module}.{alias.name}" for alias in node.names}
-            names |= {member if member in _graph().modules else node.module for member in members}
+            names |= {member if member in import_graph().modules else node.module for member in members}
     return code_of_modules(*names)
 
 

@@ -1,6 +1,4 @@
-"""What the executed notebooks carry in their outputs: claims, sources of figures, numbers for sentences."""
-
-from __future__ import annotations
+"""What the executed notebooks carry in their outputs: claims, origins of figures, numbers for sentences."""
 
 import json
 from collections import Counter
@@ -17,7 +15,7 @@ GLUE = "application/papermill.record/"  # how myst-nb's glue marks an output
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a figure or a judged table comes from."""
+    """Where a figure or a judged table comes from: notebook, cell, and the runs in it."""
 
     notebook: str
     cell: int
@@ -26,26 +24,22 @@ class Origin:
     paper: str = ""
     table: str = ""
 
-    @classmethod
-    def from_dict(cls, row):
-        """The origin that `asdict` wrote."""
-        return cls(**row | {"sources": tuple(Source(**source) for source in row["sources"])})
-
 
 def outputs_of(notebook):
-    """Index of the cell and bundle of every output that has data."""
-    for index, cell in enumerate(notebook.cells):
-        for output in cell.get("outputs", []):
-            if "data" in output:
-                yield index, output
+    """Index of the cell, and every output of it that has data."""
+    return [
+        (index, output)
+        for index, cell in enumerate(notebook.cells)
+        for output in cell.get("outputs", [])
+        if "data" in output
+    ]
 
 
-def claims_of(executed):
-    """All claims of the executed notebooks, each with notebook and cell."""
+def claims_in(name, notebook):
+    """The claims of a notebook, each with the notebook's name and its cell."""
     return [
         replace(Claim(**row), notebook=name, cell=index)
-        for name, path in notebooks_in(executed).items()
-        for index, output in outputs_of(read(path))
+        for index, output in outputs_of(notebook)
         for row in output.data.get(CLAIMS, [])
     ]
 
@@ -55,36 +49,28 @@ def figure_name(cell):
     return cell.metadata.get("mystnb", {}).get("figure", {}).get("name", "")
 
 
-def origins_of(executed, claims):
-    """The `Origin` of every captioned figure and every judged table."""
-    found = []
-    for name, path in notebooks_in(executed).items():
-        notebook = read(path)
-        made_from = {}
-        for index, output in outputs_of(notebook):
-            made_from[index] = made_from.get(index, []) + output.data.get(SOURCES, [])
-        for index, cell in enumerate(notebook.cells):
-            if figure := figure_name(cell):
-                sources = tuple(Source(**source) for source in made_from.get(index, []))
-                found.append(Origin(name, index, sources, figure=figure))
+def origins_in(name, notebook):
+    """The `Origin` of every captioned figure and every judged table of a notebook."""
+    runs = {}
+    for index, output in outputs_of(notebook):
+        runs.setdefault(index, []).extend(Source(**row) for row in output.data.get(SOURCES, []))
+    figures = [(index, figure_name(cell)) for index, cell in enumerate(notebook.cells)]
+    found = [Origin(name, i, tuple(runs.get(i, ())), figure=figure) for i, figure in figures if figure]
     tables = {}
-    for claim in claims:
-        place = (claim.notebook, claim.cell, claim.paper, claim.table)
-        tables[place] = tuple(dict.fromkeys((*tables.get(place, ()), *claim.sources)))
-    found += [Origin(n, c, sources, paper=p, table=t) for (n, c, p, t), sources in tables.items()]
-    return sorted(found, key=lambda origin: (origin.notebook, origin.cell))
+    for claim in claims_in(name, notebook):
+        tables.setdefault((claim.cell, claim.paper, claim.table), {}).update(dict.fromkeys(claim.sources))
+    return found + [Origin(name, i, tuple(of), paper=p, table=t) for (i, p, t), of in tables.items()]
 
 
-def numbers_of(executed):
-    """Keys of the numbers that each notebook makes known, by the notebook's name."""
-    return {
-        name: {
-            output.metadata["scrapbook"]["name"]
-            for _, output in outputs_of(read(path))
-            if any(kind.startswith(GLUE) for kind in output.data)
-        }
-        for name, path in notebooks_in(executed).items()
-    }
+def numbers_in(notebook):
+    """Keys of the numbers that a notebook makes known."""
+    outputs = [output for _, output in outputs_of(notebook)]
+    return {o.metadata["scrapbook"]["name"] for o in outputs if any(k.startswith(GLUE) for k in o.data)}
+
+
+def over_all(function, executed):
+    """The results of ``function(name, notebook)`` for all executed notebooks, in one list."""
+    return [found for name, path in notebooks_in(executed).items() for found in function(name, read(path))]
 
 
 def problems(claims, papers):
@@ -105,10 +91,10 @@ def problems(claims, papers):
 
 
 def in_order(claims, papers):
-    """The claims in the order of the ledgers."""
-    keys = [row.key for paper in papers.values() for row in paper.ledger.values()]
-    order = {key: place for place, key in enumerate(keys)}
-    return sorted(claims, key=lambda claim: order.get(claim.key, len(order)))
+    """The claims in the order of the ledgers; unknown ones last."""
+    order = [row.key for paper in papers.values() for row in paper.ledger.values()]
+    place = {key: number for number, key in enumerate(order)}
+    return sorted(claims, key=lambda claim: place.get(claim.key, len(place)))
 
 
 def score(claims, papers):
@@ -119,19 +105,14 @@ def score(claims, papers):
         yield f"{paper.key}: {verdicts.total()} of {len(paper.ledger)} judged ({words})"
 
 
-def write_json(rows, path):
-    """Write dataclasses as a list of objects, at once."""
-    text = json.dumps([asdict(row) for row in rows], indent=1, ensure_ascii=False, allow_nan=False)
+def write_claims(claims, path):
+    """Write claims as a list of objects, at once."""
+    text = json.dumps([asdict(row) for row in claims], indent=1, ensure_ascii=False, allow_nan=False)
     temporary = Path(path).with_suffix(".tmp")
     temporary.write_text(text + "\n", encoding="utf-8")
     temporary.replace(path)
 
 
 def read_claims(path):
-    """The claims of a file that `write_json` wrote."""
+    """The claims that `write_claims` wrote."""
     return [Claim(**row) for row in json.loads(Path(path).read_text(encoding="utf-8"))]
-
-
-def read_origins(path):
-    """The origins of a file that `write_json` wrote."""
-    return [Origin.from_dict(row) for row in json.loads(Path(path).read_text(encoding="utf-8"))]

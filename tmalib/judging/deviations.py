@@ -4,8 +4,6 @@ The null of a row is that of `tmalib.judging.verdict.z_score`: ``max(0, |N| - r)
 and the rounding r, half a unit of the last printed digit in standard errors.
 """
 
-from __future__ import annotations
-
 import csv
 from itertools import groupby
 from pathlib import Path

@@ -10,8 +10,6 @@
 Code reads both; no number of a paper stands anywhere else.
 """
 
-from __future__ import annotations
-
 import csv
 import tomllib
 from dataclasses import dataclass
@@ -21,7 +19,6 @@ from pathlib import Path
 from ..montecarlo import Stream
 
 PAPERS = Path(__file__).parent.parent / "papers"
-KEY = ("paper", "table", "row", "column")
 KINDS = ("input", "deterministic", "count", "monte-carlo", "text")
 MANIFEST = (
     "key", "title", "citation", "part", "chapters", "tables", "rows", "columns", "streams", "errata",

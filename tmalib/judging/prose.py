@@ -5,9 +5,7 @@ only inside roles such as {verdict} and {count}, which the build compares with t
 defines the words is exempt.
 """
 
-from __future__ import annotations
-
-import posixpath
+import os
 import re
 from pathlib import Path
 
@@ -20,31 +18,26 @@ CODE = re.compile(r"^```(?:python|console|text)\n.*?^```", re.MULTILINE | re.DOT
 NUMBER = re.compile(r"\{glue:\w*\}`(?:([^`:]+)::)?([^`:]+)(?::[^`]*)?`")
 
 
-def texts_of(path):
-    """The prose of a page or notebook: markdown, captions, alternative texts."""
-    path = Path(path)
-    if path.suffix == ".md":
-        return [path.read_text(encoding="utf-8")]
-    found = []
-    for cell in read(path).cells:
-        if cell.cell_type == "markdown":
-            found.append(cell.source)
-        shown = cell.metadata.get("mystnb", {})
-        found += [shown.get("figure", {}).get("caption", ""), shown.get("image", {}).get("alt", "")]
-    return found
-
-
 def pages_of(*folders):
     """Markdown pages and notebooks below the folders."""
     pages = [path for folder in folders for path in sorted(Path(folder).rglob("*.md"))]
     return pages + [path for folder in folders for path in notebooks_in(folder).values()]
 
 
+def texts_of(path):
+    """The prose of a page or notebook: markdown, captions, alternative texts."""
+    if path.suffix == ".md":
+        return [path.read_text(encoding="utf-8")]
+    cells = read(path).cells
+    shown = [cell.metadata.get("mystnb", {}) for cell in cells]
+    captions = [each.get(part, {}).get(name, "") for each in shown for part, name in
+                (("figure", "caption"), ("image", "alt"))]  # fmt: skip
+    return [cell.source for cell in cells if cell.cell_type == "markdown"] + captions
+
+
 def verdicts_in(text):
     """The lines that state a verdict by themselves."""
-    if DEFINES in text:
-        return []
-    bare = FROM_LEDGER.sub("", CODE.sub("", text))
+    bare = "" if DEFINES in text else FROM_LEDGER.sub("", CODE.sub("", text))
     return [line.strip() for line in bare.splitlines() if WORDS.search(line)]
 
 
@@ -56,24 +49,14 @@ def wrong_verdicts(pages):
 def wrong_numbers(pages, notebooks, made):
     """One line for every number that no cell makes, or that no page uses.
 
-    Parameters
-    ----------
-    pages : list of Path
-    notebooks : Path
-        The folder of the chapters.
-    made : dict
-        Notebook, relative to that folder, to the keys that it makes known.
+    ``made`` maps the notebooks, relative to the folder ``notebooks``, to the keys that they make known.
     """
     found, used = [], set()
     for page in pages:
-        for text in texts_of(page):
-            for other, key in NUMBER.findall(text):
-                path = (
-                    posixpath.normpath(page.parent.joinpath(other).as_posix()) if other else page.as_posix()
-                )
-                name = posixpath.relpath(path, Path(notebooks).as_posix())
-                used.add((name, key))
-                if key not in made.get(name, ()):
-                    found.append(f"{page}: no cell of {name} makes the number {key}")
+        for other, key in [match for text in texts_of(page) for match in NUMBER.findall(text)]:
+            name = Path(os.path.relpath(page.parent / other if other else page, notebooks)).as_posix()
+            used.add((name, key))
+            if key not in made.get(name, ()):
+                found.append(f"{page}: no cell of {name} makes the number {key}")
     unused = [(name, key) for name, keys in made.items() for key in sorted(keys) if (name, key) not in used]
     return found + [f"{name}: no page uses the number {key}" for name, key in unused]

@@ -6,8 +6,6 @@ change of these the name is another one: a stale entry is never found. Writing i
 that want the same runs at the same time make them once.
 """
 
-from __future__ import annotations
-
 import fcntl
 import os
 import platform

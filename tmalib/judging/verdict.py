@@ -15,8 +15,6 @@ probability. Where that is more than half the spread of the errors, as heavy tai
 own sampling error exceeds the paper's, agreement proves little and the verdict is "inconclusive".
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import asdict, dataclass
 from statistics import NormalDist
@@ -51,30 +49,15 @@ def within(value, at_least=None, at_most=None):
 class Ours:
     """Our value for a printed one.
 
-    Attributes
-    ----------
-    value : float
-    se : float
-        Standard error of ours; 0 for a deterministic value.
-    se_printed : float
-        Standard error that the printed statistic had, from the paper's number of runs.
-    spread : float
-        Standard deviation of one run's error, the scale of what the test ought to resolve.
-    erratum : str
-        Identifier of the erratum whose correction was applied, if any.
-    assumption : str
-        What had to be assumed because the paper does not say it, if anything.
-    note : str
-    at_least, at_most : float, optional
-        For a text row: the limits within which the printed phrase holds.
+    A deterministic value has no standard errors; a phrase has limits within which it holds.
     """
 
     value: float
-    se: float = 0.0
-    se_printed: float = 0.0
-    spread: float = 0.0
-    erratum: str = ""
-    assumption: str = ""
+    se: float = 0.0  # standard error of ours
+    se_printed: float = 0.0  # and that of the printed statistic, from the paper's number of runs
+    spread: float = 0.0  # standard deviation of one run's error: what the test ought to resolve
+    erratum: str = ""  # whose correction was applied
+    assumption: str = ""  # what had to be assumed because the paper does not say it
     note: str = ""
     at_least: float | None = None
     at_most: float | None = None
@@ -99,20 +82,7 @@ def of_statistics(found, i, printed_runs):
 class Claim:
     """A judged row of the ledger, as it is written into a notebook's output and as it is read from there.
 
-    Attributes
-    ----------
-    paper, table, row, column, printed, unit, kind : str
-        The row of the ledger.
-    ours, se : float
-    z, limit, rounding, detectable : float or None
-        None where deterministic: the deviation, the family's limit for it, half a unit of the last printed
-        digit (both in standard errors), and the smallest deviation that would have been found.
-    verdict, erratum, note : str
-    sources : tuple of Source
-        The Monte-Carlo runs behind ours.
-    notebook : str
-    cell : int
-        Where it was computed; filled in when it is read.
+    A deterministic row has no ``z``, ``limit``, ``rounding`` and ``detectable``.
     """
 
     paper: str
@@ -125,14 +95,14 @@ class Claim:
     ours: float
     se: float
     z: float | None
-    limit: float | None
-    rounding: float | None
-    detectable: float | None
+    limit: float | None  # for z, of the family
+    rounding: float | None  # half a unit of the last printed digit in standard errors
+    detectable: float | None  # the smallest deviation that would have been found
     verdict: str
     erratum: str
     note: str
-    sources: tuple = ()
-    notebook: str = ""
+    sources: tuple = ()  # of the Monte-Carlo runs behind ours
+    notebook: str = ""  # where it was computed; filled in when it is read
     cell: int = -1
 
     def __post_init__(self):
@@ -180,8 +150,8 @@ def judge(paper, table, ours, *, made_from=(), alpha=ALPHA):
     Raises
     ------
     ValueError
-        For a key that is not in the ledger, an empty dict, a value that is not finite, a Monte-Carlo
-        row without standard errors, a text row without limits or another row with them.
+        For an unknown key, no rows, a value that is not finite, a Monte-Carlo row without standard errors, a
+        text row without limits or another row with them.
     """
     rows = [(paper.printed(table, *key), value) for key, value in ours.items()]
     return judge_rows(rows, made_from=made_from, alpha=alpha)

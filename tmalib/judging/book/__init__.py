@@ -1,5 +1,14 @@
-"""Sphinx extensions of the book; they read what the build has collected, and type nothing.
+"""The book's Sphinx extension; it reads what the build has collected, and types nothing.
 
 `tables` and `roles` show the ledger, `score` the front page's bars, `provenance` the list at the end of a
-chapter, `architecture` the house drawn from the import contract; `offline_math` serves MathJax from the site.
+chapter; `offline_math` serves MathJax from the site.
 """
+
+
+def setup(app):
+    """Add all directives, roles and events."""
+    from . import offline_math, provenance, roles, score, tables
+
+    for part in (offline_math, provenance, roles, score, tables):
+        part.setup(app)
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

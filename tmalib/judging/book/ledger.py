@@ -1,40 +1,28 @@
 """What the directives and roles of the ledger share: judged rows, labels, links, and how a row is written."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from docutils import nodes
 from sphinx import addnodes
 
-from ..collect import read_claims, read_origins
+from ..collect import read_claims
 from ..paper import read_papers
 from ..verdict import SYMBOLS, same_digits
 
 
-def _built(env, name):
-    """A file of the build; the page that asks is built again when the file changes."""
-    path = Path(env.srcdir) / "build" / name
-    env.note_dependency(str(path))
-    return path
-
-
 def load_claims(env):
-    """All claims, in the order of the ledgers."""
-    return read_claims(_built(env, "claims.json"))
-
-
-def load_origins(env):
-    """Where the figures and judged tables come from."""
-    return read_origins(_built(env, "provenance.json"))
+    """All claims, in the order of the ledgers; the page that asks is built again when they change."""
+    path = Path(env.srcdir) / "build" / "claims.json"
+    env.note_dependency(str(path))
+    return read_claims(path)
 
 
 def load_papers(env):
     """The papers by key."""
     papers = read_papers()
     for paper in papers.values():
-        env.note_dependency(str(paper.folder / "paper.toml"))
-        env.note_dependency(str(paper.folder / "published.csv"))
+        for name in ("paper.toml", "published.csv"):
+            env.note_dependency(str(paper.folder / name))
     return papers
 
 

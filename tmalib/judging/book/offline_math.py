@@ -23,7 +23,6 @@ def copy_mathjax(app: Sphinx, exception: Exception | None) -> None:
         copy_asset(source / FONTS, target / FONTS)
 
 
-def setup(app: Sphinx) -> dict:
+def setup(app: Sphinx) -> None:
     app.config.mathjax_path = f"mathjax/{SCRIPT}"
     app.connect("build-finished", copy_mathjax)
-    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -3,25 +3,25 @@
 Folded code is titled by what it draws: the start of the figure's caption.
 """
 
-from __future__ import annotations
-
 import re
+from pathlib import Path
 
 from docutils import nodes
 from sphinx import addnodes
 
-from .ledger import cell_label, label_of, link, load_origins
+from ..chapters import read
+from ..collect import origins_in
+from .ledger import cell_label, label_of, link
 
 
 def add_provenance(app, doctree):
-    env = app.env
     name_folded_code(doctree)
-    notebook = f"{env.docname.removeprefix('notebooks/')}.ipynb"
-    origins = [origin for origin in load_origins(env) if origin.notebook == notebook]
-    if origins:
-        mark_cells(env, doctree, notebook, origins)
+    name = f"{app.env.docname.removeprefix('notebooks/')}.ipynb"
+    executed = Path(app.srcdir) / "build" / "executed" / name
+    if executed.is_file() and (origins := origins_in(name, read(executed))):
+        mark_cells(app.env, doctree, name, origins)
         sections = [node for node in doctree.children if isinstance(node, nodes.section)]
-        (sections[0] if sections else doctree).append(listing(env, origins))
+        (sections[0] if sections else doctree).append(listing(app.env, origins))
 
 
 def name_folded_code(doctree):
@@ -50,20 +50,15 @@ def mark_cells(env, doctree, notebook, origins):
 def listing(env, origins):
     """The folded list."""
     items = nodes.bullet_list()
-    for origin in origins:
-        cell = f"cell {origin.cell}"
-        place = (
-            link(env, cell_label(origin.notebook, origin.cell), cell) if origin.table else nodes.Text(cell)
-        )
-        runs = "; ".join(map(str, origin.sources))
-        rest = nodes.Text(f"; {runs}." if runs else ".")
-        items += nodes.list_item(
-            "", nodes.paragraph("", "", what(env, origin), nodes.Text(": "), place, rest)
-        )
+    for origin in sorted(origins, key=lambda origin: origin.cell):
+        cell = nodes.Text(f"cell {origin.cell}")
+        if origin.table:
+            cell = link(env, cell_label(origin.notebook, origin.cell), cell)
+        runs = "".join(f"; {source}" for source in origin.sources)
+        item = nodes.paragraph("", "", what(env, origin), nodes.Text(": "), cell, nodes.Text(f"{runs}."))
+        items += nodes.list_item("", item)
     intro = nodes.paragraph("", "Made by ", nodes.literal("", f"notebooks/{origins[0].notebook}"))
-    intro += nodes.Text(
-        ". For each: the cell and, where random numbers are in it, the runs that it is made from."
-    )
+    intro += nodes.Text(". For each: the cell and, where random numbers are in it, the runs behind it.")
     box = nodes.admonition(classes=["dropdown", "provenance"])
     box += [nodes.title("", "Where the figures and tables come from"), intro, items]
     return box
@@ -81,4 +76,3 @@ def what(env, origin):
 
 def setup(app):
     app.connect("doctree-read", add_provenance)
-    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

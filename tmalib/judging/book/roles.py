@@ -16,8 +16,6 @@
 A key or verdict that the ledger does not have fails the build.
 """
 
-from __future__ import annotations
-
 from docutils import nodes
 from sphinx.util.docutils import ReferenceRole, SphinxRole
 
@@ -86,4 +84,3 @@ def setup(app):
     roles = {"printed": PrintedRole, "ours": OursRole, "verdict": VerdictRole, "count": CountRole}
     for name, role in (roles | {"deviation": DeviationRole}).items():
         app.add_role(name, role())
-    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,7 +1,5 @@
 """``{score}``: how many printed values of each paper are judged, and how, as bars with numbers and words."""
 
-from __future__ import annotations
-
 from collections import Counter
 from html import escape
 
@@ -40,4 +38,3 @@ class Score(SphinxDirective):
 
 def setup(app):
     app.add_directive("score", Score)
-    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

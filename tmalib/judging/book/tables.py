@@ -7,8 +7,6 @@
     to the cell that computed it. `_static/ledger.js` makes it sortable and filterable.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 
 from docutils import nodes
@@ -168,4 +166,3 @@ def digits(value, number):
 def setup(app):
     app.add_directive("judged-table", JudgedTable)
     app.add_directive("ledger-table", LedgerTable)
-    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

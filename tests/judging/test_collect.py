@@ -1,0 +1,82 @@
+"""What executed notebooks carry is read, and an incomplete or contradictory ledger is refused."""
+
+from dataclasses import asdict, replace
+
+import pytest
+from nbformat import v4
+from toy_paper import notebook
+
+from tmalib import Source
+from tmalib.judging import Claim, chapter, collect, read_paper, read_papers, verdict
+
+EMW = {"emw-acoustic": read_papers()["emw-acoustic"]}
+ROWS = list(EMW["emw-acoustic"].ledger.values())
+RUNS = Source("module.task(number=1)", "emw/1", 2016, 500)
+
+
+def claim(row, /, **changes):
+    fields = dict(ours=1.0, se=0.0, z=None, limit=None, rounding=None, detectable=None, erratum="", note="")
+    key = (*row.key, row.printed, row.unit, row.kind)
+    return replace(Claim(*key, verdict=verdict.REPRODUCED, notebook="n.ipynb", **fields), **changes)
+
+
+def complete():
+    return [claim(row) for row in ROWS]
+
+
+def test_a_complete_ledger_is_accepted():
+    assert collect.problems(complete(), EMW) == []
+
+
+def test_an_unjudged_number_is_refused():
+    (problem,) = collect.problems(complete()[1:], EMW)
+    assert problem == "unjudged: emw-acoustic | Table I | xT | true"
+    assert len(collect.problems([], read_papers())) == sum(len(p.ledger) for p in read_papers().values())
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (lambda row: [claim(row), claim(row)], "judged 2 times"),
+        (lambda row: [claim(row, verdict="nearly")], "unknown verdict 'nearly'"),
+        (lambda row: [claim(row, printed="1.0")], "printed value differs"),
+        (lambda row: [claim(row), claim(row, row="wT")], "not a published value"),
+    ],
+)
+def test_wrong_claims_are_refused(wrong, message):
+    (found,) = collect.problems([*wrong(ROWS[0]), *complete()[1:]], EMW)
+    assert message in found
+
+
+def test_claims_are_read_from_outputs_in_the_order_of_the_ledger(tmp_path):
+    rows = [asdict(c) for c in complete()[:2]]
+    made = notebook("first", ("table", [v4.new_output("display_data", {verdict.CLAIMS: rows[::-1]})]))
+    found = collect.in_order(collect.claims_in("emw/chapter.ipynb", made), EMW)
+    assert [(c.key, c.notebook, c.cell) for c in found] == [
+        (row.key, "emw/chapter.ipynb", 1) for row in ROWS[:2]
+    ]
+    collect.write_claims(found, tmp_path / "claims.json")
+    assert collect.read_claims(tmp_path / "claims.json") == found
+
+
+def test_a_figure_and_a_table_name_their_runs():
+    shown = {"mystnb": {"figure": {"name": "fig-x"}}}
+    claims = [asdict(claim(row, sources=(RUNS,))) for row in ROWS[:3]]
+    made = notebook(
+        ("draw", [v4.new_output("display_data", {chapter.SOURCES: [asdict(RUNS)]})]),
+        ("judge", [v4.new_output("execute_result", {verdict.CLAIMS: claims}, execution_count=1)]),
+        "neither",
+    )
+    made.cells[0].metadata = shown
+    figure, table = collect.origins_in("n.ipynb", made)
+    assert (figure.figure, figure.cell, figure.sources) == ("fig-x", 0, (RUNS,))
+    assert (table.paper, table.table, table.cell, table.sources) == ("emw-acoustic", "Table I", 1, (RUNS,))
+
+
+def test_the_score_counts_every_verdict(toy):
+    paper = read_paper(toy)
+    words = (verdict.REPRODUCED, verdict.NOT_REPRODUCED, verdict.REPRODUCED)
+    found = [claim(row, verdict=word) for row, word in zip(paper.ledger.values(), words, strict=True)]
+    assert list(collect.score(found, {"toy": paper})) == [
+        "toy: 3 of 3 judged (2 reproduced, 1 not reproduced)"
+    ]

@@ -1,0 +1,134 @@
+"""Stored runs are those that would be computed; after a change of the code they are computed again."""
+
+import subprocess
+import sys
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tmalib as tma
+from tmalib.judging import code, stored_runs
+from tmalib.judging.store import RunStore
+from tmalib.papers.conical_angles import experiments
+
+ROOT = Path(__file__).parents[2]
+STREAM = tma.Stream("test", 9)
+TASK = partial(experiments.two_rays, bottom_depth=2000.0)
+
+
+def test_stored_runs_are_the_computed_ones(tmp_path):
+    fresh = tma.monte_carlo(TASK, 12, STREAM)
+    store = RunStore(tmp_path)
+    for _ in range(2):
+        found = store.monte_carlo(TASK, 12, STREAM)
+        assert found.source == fresh.source
+        assert set(found) == set(fresh)
+        for name, values in fresh.items():
+            np.testing.assert_array_equal(found[name], values)
+    assert len(list(tmp_path.glob("*.npz"))) == 1
+
+
+def test_the_second_time_nothing_is_computed(tmp_path, monkeypatch):
+    store = RunStore(tmp_path)
+    first = store.monte_carlo(TASK, 5, STREAM)["state"]
+    monkeypatch.setattr("tmalib.judging.store.monte_carlo", None)
+    np.testing.assert_array_equal(store.monte_carlo(TASK, 5, STREAM)["state"], first)
+
+
+@pytest.mark.parametrize(
+    ("task", "runs", "stream", "seed"),
+    [
+        (partial(experiments.two_rays, bottom_depth=4000.0), 5, STREAM, 2016),
+        (TASK, 6, STREAM, 2016),
+        (TASK, 5, tma.Stream("test", 10), 2016),
+        (TASK, 5, tma.Stream("other", 9), 2016),
+        (TASK, 5, STREAM, 2017),
+    ],
+)
+def test_other_runs_have_another_name(tmp_path, task, runs, stream, seed):
+    store = RunStore(tmp_path)
+    store.monte_carlo(TASK, 5, STREAM)
+    store.monte_carlo(task, runs, stream, seed=seed)
+    assert len(list(tmp_path.glob("*.npz"))) == 2
+
+
+PROGRAM = """
+from functools import partial
+import tmalib
+from tmalib.judging.store import RunStore
+from tmalib.papers.conical_angles import experiments
+task = partial(experiments.two_rays, bottom_depth=2000.0)
+print(tmalib.__file__, RunStore({store!r}).monte_carlo(task, 4, "test")["cost"].sum())
+"""
+
+
+def run_copy(copy, store):
+    """What the library in a copy finds, through its store."""
+    program = PROGRAM.format(store=str(store))
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env={"PYTHONPATH": str(copy)},
+        cwd=copy,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    file, value = done.stdout.split()
+    assert file == str(copy / "tmalib" / "__init__.py"), "the copy's library, not the original's"
+    return float(value)
+
+
+def test_a_changed_line_of_the_library_is_seen(tmp_path, copy_of_library):
+    """A sign two imports below the task: the stored runs of before are not used."""
+    store = tmp_path / "runs"
+    before = run_copy(copy_of_library, store)
+    assert run_copy(copy_of_library, store) == before
+    assert len(list(store.glob("*.npz"))) == 1
+    model = copy_of_library / "tmalib" / "cones.py"  # two imports below the task
+    source = model.read_text()
+    changed = source.replace("value = (dx * sin + dy * cos) * scale", "value = (dx * sin - dy * cos) * scale")
+    assert changed != source
+    model.write_text(changed)
+    after = run_copy(copy_of_library, store)
+    assert after != before
+    assert len(list(store.glob("*.npz"))) == 2
+
+
+def test_a_line_that_the_task_does_not_use_changes_nothing(tmp_path, copy_of_library):
+    store = tmp_path / "runs"
+    run_copy(copy_of_library, store)
+    with (copy_of_library / "tmalib" / "particles.py").open("a") as file:
+        file.write("# a remark\n")
+    run_copy(copy_of_library, store)
+    assert len(list(store.glob("*.npz"))) == 1
+
+
+def test_only_tasks_of_modules_are_stored(tmp_path):
+    def task(seed, runs):
+        return {"x": np.zeros(runs)}
+
+    with pytest.raises(ValueError, match="only a task of a module"):
+        RunStore(tmp_path).monte_carlo(task, 3, "test")
+
+
+def test_without_a_folder_nothing_is_stored(tmp_path, monkeypatch):
+    monkeypatch.delenv("TMALIB_RUNS", raising=False)
+    first = stored_runs(TASK, 3, STREAM)
+    monkeypatch.setenv("TMALIB_RUNS", str(tmp_path))
+    np.testing.assert_array_equal(stored_runs(TASK, 3, STREAM)["state"], first["state"])
+    assert len(list(tmp_path.glob("*.npz"))) == 1
+
+
+def test_the_code_of_a_module_is_what_it_imports():
+    """Against what Python itself loads, parent packages apart: they are not used, only passed through."""
+    name = "tmalib.papers.conical_angles.experiments"
+    names = {path.relative_to(ROOT).as_posix() for path in code.code_of_modules(name)}
+    assert {"tmalib/cones.py", "tmalib/checks.py", "tmalib/papers/conical_angles/quadratic.py"} <= names
+    assert "tmalib/papers/conical_angles/published.csv" in names
+    assert not {"tmalib/particles.py", "tmalib/papers/robustness/scenarios.py"} & names
+    everything = code.code_of_source("import tmalib as tma\nfrom numpy import pi")
+    assert {ROOT / "tmalib/particles.py", ROOT / "tmalib/ghosts/turn.py"} <= everything
+    assert code.code_of_source("from tmalib import figures") == {ROOT / "tmalib/figures.py"}
+    assert code.code_of_source("import numpy") == set()
