@@ -1,4 +1,8 @@
-"""`emw-acoustic`: the drawings that the six scenarios share, Figures 2-7 of the paper and two of our own."""
+"""`emw-acoustic`: what the chapters draw more than once.
+
+Figures 2-7 of the paper and two of our own are shared by the six scenarios; the axis with a place for each
+component of each scenario by the figures of the bounds.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +14,7 @@ from . import experiments
 from . import scenarios as emw
 
 ESTIMATORS = ("mle", "ekf")
+COMPONENTS = ("$x_T$", "$y_T$", r"$\dot x_T$", r"$\dot y_T$")
 
 
 def clouds(number, positions):
@@ -50,37 +55,16 @@ def _box(paths, margin=0.08):
     return [(m - half, m + half) for m in (low + high) / 2]
 
 
-def along(number, positions):
-    """Errors along the long axis of the ellipse over the bound, ``(runs, 3)`` an estimator.
-
-    Positive is away from the observer.
-    """
-    scenario, errors = emw.scenario(number), {name: [] for name in ESTIMATORS}
-    for k, (shape, time) in enumerate(zip(experiments.ellipses(number), emw.instants(number), strict=True)):
-        axis = np.array([np.sin(shape.heading), np.cos(shape.heading)])
-        axis *= np.sign(axis @ (shape.centre - scenario.platform.position_at(time)))
-        sigma = shape.semi_axes[0] / np.sqrt(-2 * np.log(1 - shape.probability))
-        for name in ESTIMATORS:
-            errors[name].append((positions[name][:, k] - shape.centre) @ axis / sigma)
-    return {name: np.stack(columns, axis=1) for name, columns in errors.items()}
-
-
 def histograms(number, errors):
-    """Histograms of the errors `along` the long axis at the three instants, with the bound's Gaussian."""
+    """Histograms of the `line_of_sight.errors` at the three instants, with the bound's Gaussian."""
     figure, axes = plt.subplots(1, 3, figsize=(7.6, 2.8), sharey=True)
     bins = np.linspace(-4, 4, 33)
     for k, (ax, time) in enumerate(zip(axes, emw.instants(number), strict=True)):
         for name in ESTIMATORS:
-            look = {
-                "histtype": "step",
-                "linewidth": 1.6,
-                "color": figures.colour(name),
-                "label": name.upper(),
-            }
-            share = np.full(
-                len(errors[name]), 4 / len(errors[name])
-            )  # density over all runs, those outside too
-            ax.hist(errors[name][:, k], bins, weights=share, **look)
+            look = dict(histtype="step", linewidth=1.6, color=figures.colour(name), label=name.upper())
+            runs = len(errors[name])
+            density = np.full(runs, 4 / runs)  # over all runs, those outside the bins too
+            ax.hist(errors[name][:, k], bins, weights=density, **look)
         ax.plot(bins, np.exp(-(bins**2) / 2) / np.sqrt(2 * np.pi), color="black", linewidth=1, label="bound")
         ax.set_xlabel(f"Error at {time:.0f} s (σ)")
     axes[0].set_ylabel("Density")
@@ -112,3 +96,16 @@ def consistency_over_time(number, found):
     right.set(xlabel="Time (s)", ylabel="Truth in the 90 % ellipse (%)", ylim=(-2, 102))
     left.legend(fontsize=8)
     return figure
+
+
+def by_component(ax, numbers=range(1, 7)):
+    """Give an axis four places a scenario, one a component; returns the places, ``(scenarios, 4)``."""
+    places = 5.0 * np.arange(len(numbers))[:, None] + np.arange(4)
+    ax.set_xticks(places.ravel(), COMPONENTS * len(numbers), fontsize=8)
+    for k, where in zip(numbers, places, strict=True):
+        ax.annotate(
+            f"scenario {k}", (where.mean(), 0), xycoords=("data", "axes fraction"), xytext=(0, -30),
+            textcoords="offset points", ha="center", fontsize=9,
+        )  # fmt: skip
+    ax.grid(axis="x", visible=False)
+    return places

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...bounds import crlb_sigma
-from ...judging import Ours, judge, of_statistics
+from ...judging import NOT_REPRODUCED, Ours, judge, of_statistics
 from ...montecarlo import CHUNK, statistics
 from . import scenarios as emw
 from .paper import PAPER
@@ -47,15 +47,37 @@ def judge_scenario(number, results, notes=None):
     return judge(PAPER, TABLES[number], ours, made_from=[results])
 
 
-def judge_filter(number, errors):
+def judge_filter(number, errors, made_from=()):
     """Judge the eight EKF numbers of a table alone, for a variant of the filter.
 
-    ``errors`` is ``(runs, 4)``. For comparing variants: the chapter's own claims come from `judge_scenario`.
+    ``errors`` is ``(runs, 4)``, and ``made_from`` as in `judge`. For comparing variants: the chapter's own
+    claims come from `judge_scenario`.
     """
     ours = {}
     for i, row in enumerate(ROWS):
         ours |= unsigned_bias_and_std(row, i, errors, "ekf")
-    return judge(PAPER, TABLES[number], ours)
+    return judge(PAPER, TABLES[number], ours, made_from=made_from)
+
+
+def largest_agreeing_z(table):
+    """Largest deviation, in standard errors, of the Monte-Carlo rows of `Verdicts` that are not rejected."""
+    return max(claim.z for claim in table if claim.z is not None and claim.verdict != NOT_REPRODUCED)
+
+
+def printed_rows(number, column):
+    """The four `Printed` of a column of a scenario's table, in the order of `ROWS`."""
+    return [PAPER.printed(TABLES[number], row, column) for row in ROWS]
+
+
+def printed_values(number, column):
+    """The four printed numbers of a column of a scenario's table, an array in the order of `ROWS`."""
+    return np.array([printed.value for printed in printed_rows(number, column)])
+
+
+def units_off(number, column, values):
+    """Distance of four values from those of a column, in units of the last printed digit of each."""
+    rows = printed_rows(number, column)
+    return np.array([printed.units_off(value) for printed, value in zip(rows, values, strict=True)])
 
 
 def filter_errata(number):

@@ -1,0 +1,79 @@
+"""What the chapters of emw-acoustic compute from a table and along the line of sight."""
+
+from functools import partial
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import tmalib as tma
+from tmalib import judging
+from tmalib.papers.emw_acoustic import drawing, experiments, line_of_sight, tables
+from tmalib.papers.emw_acoustic import scenarios as emw
+from tmalib.papers.emw_acoustic.paper import PAPER
+
+
+@pytest.mark.parametrize("number", [1, 4])
+def test_sigma_is_the_bound_of_the_displacement_along_the_axis(number):
+    for shape, time in zip(experiments.ellipses(number), emw.instants(number), strict=True):
+        axis = np.array([np.sin(shape.heading), np.cos(shape.heading)])
+        covariance = tma.crlb(emw.scenario(number).until(time))[:2, :2]
+        assert line_of_sight.sigma(shape) == pytest.approx(np.sqrt(axis @ covariance @ axis), rel=1e-6)
+
+
+@pytest.mark.parametrize("number", [1, 4])
+def test_errors_at_the_ends_of_the_ellipses(number):
+    """The ends of the long axis are the quantile of chi-square away, the far one outwards; those of the
+    short axis not at all."""
+    ends = np.stack([shape.boundary(5)[:4] for shape in experiments.ellipses(number)], axis=1)
+    errors = line_of_sight.errors(number, {"mle": ends})["mle"]
+    observer = emw.scenario(number).platform.position_at(emw.instants(number))
+    distance = np.hypot(*np.moveaxis(ends - observer, -1, 0))
+    outwards = np.sign(distance[0] - distance[2])
+    quantile = np.sqrt(2 * np.log(10))
+    expected = np.outer([quantile, 0, -quantile, 0], outwards)
+    np.testing.assert_allclose(errors, expected, atol=1e-9)
+
+
+def test_printed_columns():
+    """As the paper prints them."""
+    rows = tables.printed_rows(1, "std_crlb")
+    assert [row.printed for row in rows] == ["342.38", "161.52", "0.2985", "0.5463"]
+    np.testing.assert_array_equal(tables.printed_values(1, "true"), [17998, 12808, 2.5, -4.33])
+    off = tables.units_off(1, "std_crlb", [342.40, 161.51, 0.2985, 0.5473])
+    np.testing.assert_allclose(off, [2, 1, 0, 10], atol=1e-6)
+
+
+def test_largest_agreeing_z_leaves_out_the_rejected():
+    def claim(z, verdict):
+        return judging.Claim(
+            "emw-acoustic", "Table I", "xT", "std_ekf", "1", "m", "monte-carlo", 1.0, 0.1, z, 3.0, 0.1, 1.0,
+            verdict, "", "",
+        )  # fmt: skip
+
+    found = [
+        claim(None, judging.REPRODUCED),
+        claim(1.0, judging.REPRODUCED),
+        claim(2.5, judging.INCONCLUSIVE),
+        claim(2.0, judging.CORRECTED),
+        claim(7.0, judging.NOT_REPRODUCED),
+    ]
+    assert tables.largest_agreeing_z(judging.Verdicts(tuple(found), 3.0)) == 2.5
+
+
+def test_judged_variants_name_their_runs():
+    task = partial(experiments.filter_alone, number=2, gradient="tables", first_again=False)
+    runs = tma.monte_carlo(task, 100, PAPER.stream("emw/2"))
+    judged = tables.judge_filter(2, runs["ekf"], made_from=[runs])
+    assert {claim.column for claim in judged} == {"bias_ekf", "std_ekf"}
+    assert all(claim.sources == (runs.source,) for claim in judged)
+
+
+def test_places_by_component():
+    """Four neighbouring places a scenario, and a gap before the next."""
+    figure, ax = plt.subplots()
+    places = drawing.by_component(ax, [2, 6])
+    np.testing.assert_array_equal(places, [[0, 1, 2, 3], [5, 6, 7, 8]])
+    assert [text.get_text() for text in ax.texts] == ["scenario 2", "scenario 6"]
+    assert [label.get_text() for label in ax.get_xticklabels()] == 2 * list(drawing.COMPONENTS)
+    plt.close(figure)
