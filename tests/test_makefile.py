@@ -1,0 +1,81 @@
+"""The two commands mean the same whatever the user's environment, and in a copied or moved checkout."""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import tmalib
+
+ROOT = Path(__file__).parent.parent
+HOSTILE = {
+    "PYTHONOPTIMIZE": "1", "PYTHONSAFEPATH": "1", "PYTHONPATH": "elsewhere", "PYTHONHOME": "elsewhere",
+    "PYTHONWARNINGS": "error", "PYTHONSTARTUP": "elsewhere.py", "JUPYTER_PATH": "elsewhere",
+    "JUPYTER_CONFIG_PATH": "elsewhere", "PIP_USER": "1", "PIP_TARGET": "elsewhere", "PIP_PREFIX": "elsewhere",
+    "MPLBACKEND": "agg", "PYTEST_ADDOPTS": "--maxfail=1", "VIRTUAL_ENV": "elsewhere",
+}  # fmt: skip
+
+pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="no make on this machine")
+
+
+def make(*arguments, cwd=ROOT, **environment):
+    env = {k: v for k, v in os.environ.items() if not k.startswith("MAKE")} | environment
+    done = subprocess.run(["make", *arguments], cwd=cwd, env=env, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_settings_of_the_user_do_not_reach_the_recipes():
+    seen = make("--eval", "probe: ; @env", "probe", **HOSTILE)
+    names = {line.partition("=")[0] for line in seen.splitlines()}
+    assert not names & HOSTILE.keys()
+    assert {"OPENBLAS_NUM_THREADS", "JUPYTER_DATA_DIR", "TMALIB_RUNS"} <= names
+
+
+@pytest.fixture
+def copied(tmp_path):
+    """A copy of what decides on the environment, as if it were set up in the original's place."""
+    copy = tmp_path / "copy"
+    (copy / ".venv").mkdir(parents=True)
+    for name in ("Makefile", "environment.txt", "pyproject.toml"):
+        shutil.copy(ROOT / name, copy)
+    stamp = f"{ROOT.resolve()}\n" + (ROOT / "environment.txt").read_text(encoding="utf-8")
+    (copy / ".venv/.requirements").write_text(stamp, encoding="utf-8")
+    (copy / ".venv/.tmalib").touch()
+    return copy
+
+
+def test_a_copied_checkout_makes_its_own_environment(copied):
+    assert "-m venv --clear .venv" in make("-n", "env", cwd=copied)
+
+
+def test_a_checkout_that_stays_does_not(copied):
+    stamp = copied / ".venv/.requirements"
+    stamp.write_text(stamp.read_text().replace(str(ROOT.resolve()), str(copied.resolve()), 1))
+    (copied / ".venv/.tmalib").touch()
+    assert "venv --clear" not in make("-n", "env", cwd=copied)
+
+
+def test_a_changed_lock_makes_a_new_environment(copied):
+    test_a_checkout_that_stays_does_not(copied)
+    with (copied / "environment.txt").open("a") as lock:
+        lock.write("# another pin\n")
+    assert "venv --clear" in make("-n", "env", cwd=copied)
+
+
+def test_the_library_that_is_tested_is_this_one():
+    assert Path(tmalib.__file__).resolve() == ROOT.resolve() / "tmalib" / "__init__.py"
+
+
+def test_make_is_new_enough_or_says_so():
+    """macOS comes with make 3.81, which knows no .SHELLFLAGS and would hide a failing step of a pipe."""
+    text = (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert "GNU make 4 or newer is needed" in text
+    old = text.replace("$(.FEATURES)", "else-if archives")
+    done = subprocess.run(
+        ["make", "-n", "-f", "-", "help"], input=old, cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode != 0
+    assert "GNU make 4 or newer is needed" in done.stderr
