@@ -44,13 +44,13 @@ def test_what_is_no_number_is_refused(glued):
 
 def test_a_figure_names_its_runs(monkeypatch):
     shown = []
-    monkeypatch.setattr("IPython.display.display", lambda bundle, raw: shown.append(bundle))
-    monkeypatch.setattr(plt, "show", lambda: shown.append("figure"))
+    monkeypatch.setattr("IPython.display.display", lambda figure, metadata: shown.append((figure, metadata)))
     runs = tma.monte_carlo(lambda seed, n: {"x": np.zeros(n)}, 3, "own")
+    drawn, _ = plt.subplots()
     show(runs, tma.Stream("drawn", 4))
-    show()
-    figure, bundle, second = shown
-    assert figure == second == "figure", "without random numbers nothing is said"
-    (first, last) = bundle[chapter.SOURCES]
+    ((figure, metadata),) = shown
+    assert figure is drawn
+    first, last = metadata[chapter.SOURCES]
     assert (first["runs"], first["stream"], first["seed"]) == (3, "own", 2016)
     assert last == {"task": "", "stream": "drawn", "seed": 2016, "runs": 0}
+    assert plt.get_fignums() == [], "closed, so that the next cell does not show it again"

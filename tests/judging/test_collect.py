@@ -63,7 +63,7 @@ def test_a_figure_and_a_table_name_their_runs():
     shown = {"mystnb": {"figure": {"name": "fig-x"}}}
     claims = [asdict(claim(row, sources=(RUNS,))) for row in ROWS[:3]]
     made = notebook(
-        ("draw", [v4.new_output("display_data", {chapter.SOURCES: [asdict(RUNS)]})]),
+        ("draw", [v4.new_output("display_data", {}, metadata={chapter.SOURCES: [asdict(RUNS)]})]),
         ("judge", [v4.new_output("execute_result", {verdict.CLAIMS: claims}, execution_count=1)]),
         "neither",
     )

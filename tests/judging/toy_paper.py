@@ -47,7 +47,8 @@ def notebook(*cells):
         else:
             source, outputs = cell if isinstance(cell, tuple) else (cell, [])
             made.append(v4.new_code_cell(textwrap.dedent(source), outputs=outputs))
-    return v4.new_notebook(cells=made)
+    language = {"language_info": {"name": "python"}}
+    return v4.new_notebook(cells=made, metadata=language)
 
 
 def write_notebook(path, *cells):

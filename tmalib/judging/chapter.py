@@ -9,7 +9,7 @@ import numpy as np
 from ..montecarlo import SEED, monte_carlo
 from .store import RunStore
 
-SOURCES = "application/vnd.tmalib.sources+json"  # the type of a cell's output that says what made its figure
+SOURCES = "tmalib_sources"  # in the metadata of an output: what made the figure
 RUNS = "TMALIB_RUNS"  # variable of the environment: folder of the run store; without it nothing is stored
 
 
@@ -61,9 +61,9 @@ def show(*made_from):
     import matplotlib.pyplot as plt
     from IPython.display import display
 
-    plt.show()
-    if made_from:
-        display({SOURCES: [asdict(found.source) for found in made_from]}, raw=True)
+    for number in plt.get_fignums():
+        display(plt.figure(number), metadata={SOURCES: [asdict(found.source) for found in made_from]})
+    plt.close("all")
 
 
 def stored_runs(task, runs, stream, *, seed=SEED):

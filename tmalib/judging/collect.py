@@ -53,7 +53,7 @@ def origins_in(name, notebook):
     """The `Origin` of every captioned figure and every judged table of a notebook."""
     runs = {}
     for index, output in outputs_of(notebook):
-        runs.setdefault(index, []).extend(Source(**row) for row in output.data.get(SOURCES, []))
+        runs.setdefault(index, []).extend(Source(**row) for row in output.metadata.get(SOURCES, []))
     figures = [(index, figure_name(cell)) for index, cell in enumerate(notebook.cells)]
     found = [Origin(name, i, tuple(runs.get(i, ())), figure=figure) for i, figure in figures if figure]
     tables = {}
