@@ -49,3 +49,20 @@ def mean_nees(values, erratum=ERRATA):
     """Mean NEES as `Ours`, against 500 printed runs."""
     std = float(np.std(values, ddof=1))
     return Ours(float(np.mean(values)), std / np.sqrt(len(values)), std / np.sqrt(PRINTED_RUNS), std, erratum)
+
+
+def bounds_agree(table, sigma):
+    """Which standard deviations of a bound, ``(4,)`` or with the depth ``(5,)``, agree with the printed."""
+    rows = ROWS_WITH_DEPTH if len(sigma) == 5 else ROWS
+    printed = (PAPER.printed(table, row, "std_crlb") for row in rows)
+    return np.array([p.agrees(value) for p, value in zip(printed, sigma, strict=True)])
+
+
+def by_row(values):
+    """Four values, one a component of the state, under the names of their rows."""
+    return dict(zip(ROWS, values, strict=True))
+
+
+def worst_z(verdicts):
+    """The largest deviation among the Monte-Carlo rows of a judged table, in standard errors."""
+    return max(claim.z for claim in verdicts if claim.z is not None)
