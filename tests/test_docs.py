@@ -69,7 +69,7 @@ def test_an_erratum_has_its_five_fields(page, entry):
     assert list(fields) == ["Printed", "Corrected", "Evidence", "Consequence", "Status"]
     assert re.search(r"\{(num)?ref\}", fields["Evidence"]), "evidence is a link"
     status = re.match(r"(Confirmed|Likely|Open)\b", fields["Status"])[0]
-    (paper,) = (paper for paper in read_papers().values() if paper.notebooks == page)
+    (paper,) = (paper for paper in read_papers().values() if paper.folder.name == page)
     assert paper.errata[label] == {"title": title, "status": status}, "as in the manifest"
 
 
@@ -80,11 +80,11 @@ def test_the_manifests_name_every_erratum_and_every_chapter():
         assert [
             label
             for page, entry in ERRATA
-            if page == paper.notebooks
+            if page == paper.folder.name
             for label in [entry[1 : entry.index(")")]]
         ] == list(paper.errata)
-        folder = f"notebooks/{paper.notebooks}/"
-        assert [f.removeprefix(folder) for f in files if f.startswith(folder)] == list(paper.chapters)
+        folder = f"notebooks/{paper.folder.name}/"
+        assert [f.removeprefix(folder) for f in files if f.startswith(folder)] == paper.chapters
         assert {p.stem for p in (ROOT / folder).glob("*.ipynb")} == set(paper.chapters)
         assert f"{{{paper.citation}," in (ROOT / "book" / "references.bib").read_text(encoding="utf-8")
 

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .checks import check_array, store
+from .checks import check_array, set_fields
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class ModifiedPolar:
     origin: np.ndarray
 
     def __post_init__(self):
-        store(self, origin=check_array("origin", self.origin, (2,)))
+        set_fields(self, origin=check_array("origin", self.origin, (2,)))
 
     def from_state(self, state):
         """Coordinates ``(..., 4)`` of states ``(x, y, vx, vy)``; not finite for a target at the origin."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 
-def store(instance, **values):
+def set_fields(instance, **values):
     """Put checked values into a frozen dataclass, from its ``__post_init__``."""
     for name, value in values.items():
         object.__setattr__(instance, name, value)

@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 
-from .checks import check_count, store
+from .checks import check_count, set_fields
 
 SEED = 2016
 CHUNK = 500
@@ -46,7 +46,7 @@ class Stream:
             raise ValueError(f"the name of a stream must be a text that is not empty, got {self.name!r}")
         if self.number < 0:
             digest = hashlib.sha256(self.name.encode()).digest()
-            store(self, number=NAMED + int.from_bytes(digest[:4]))
+            set_fields(self, number=NAMED + int.from_bytes(digest[:4]))
 
     def chunk(self, k=0, seed=SEED):
         """Seed of a chunk, a `numpy.random.SeedSequence`."""

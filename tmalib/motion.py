@@ -21,7 +21,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .checks import check_array, check_scalar, store
+from .checks import check_array, check_scalar, set_fields
 
 
 def unit(heading):
@@ -67,7 +67,7 @@ class Target:
     velocity: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self):
-        store(
+        set_fields(
             self,
             position=check_array("position", self.position, (2,)),
             speed=check_scalar("speed", self.speed, minimum=0.0),
@@ -75,14 +75,14 @@ class Target:
             depth=None if self.depth is None else check_scalar("depth", self.depth),
             time=check_scalar("time", self.time),
         )
-        store(self, velocity=self.speed * unit(self.heading))
+        set_fields(self, velocity=self.speed * unit(self.heading))
 
     @classmethod
     def from_velocity(cls, position, velocity, depth=None, time=0.0):
         """The target with a velocity vector ``(vx, vy)`` in m/s instead of speed and heading."""
         velocity = check_array("velocity", velocity, (2,))
         target = cls(position, np.hypot(*velocity), np.arctan2(*velocity), depth, time)
-        store(target, velocity=velocity)  # as given, without the rounding of speed and heading
+        set_fields(target, velocity=velocity)  # as given, without the rounding of speed and heading
         return target
 
     def position_at(self, t):
@@ -170,7 +170,7 @@ class Course:
     start_time: float = 0.0
 
     def __post_init__(self):
-        store(
+        set_fields(
             self,
             start=check_array("start", self.start, (2,)),
             speed=check_scalar("speed", self.speed, minimum=0.0),
@@ -262,7 +262,7 @@ class SampledCourse:
         headings = (
             self.headings if self.headings is None else check_array("headings", self.headings, times.shape)
         )
-        store(
+        set_fields(
             self,
             times=times,
             positions=check_array("positions", self.positions, (len(times), 2)),

@@ -33,7 +33,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .checks import check_array, check_count, check_scalar, store
+from .checks import check_array, check_count, check_scalar, set_fields
 from .scenario import in_order_of_time
 
 FEW_FAMILIES = 10  # the spread of so many independent draws is known to 1 / sqrt(2 10), 22 per cent
@@ -50,7 +50,7 @@ class Cloud:
     time: float
 
     def __post_init__(self):
-        store(
+        set_fields(
             self,
             states=check_array("states", self.states, (None, 4)),
             time=check_scalar("time", self.time),

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .checks import check_array, check_count, check_scalar, store
+from .checks import check_array, check_count, check_scalar, set_fields
 
 TOUCHING = 1e-6  # metres: a target nearer than this is on the platform and has no bearing
 
@@ -47,7 +47,7 @@ class Sensor:
         if np.any(np.diff(times) <= 0):
             raise ValueError("times of a sensor must be strictly increasing")
         sigma = check_scalar("sigma", self.sigma, above=0.0)
-        store(self, times=times, sigma=sigma, name=self.name or type(self.model).__name__)
+        set_fields(self, times=times, sigma=sigma, name=self.name or type(self.model).__name__)
 
     def __len__(self):
         return len(self.times)
@@ -100,7 +100,7 @@ class Scenario:
     reference_time: float
 
     def __post_init__(self):
-        store(
+        set_fields(
             self,
             sensors=tuple(self.sensors),
             reference_time=check_scalar("reference_time", self.reference_time),

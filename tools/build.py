@@ -40,7 +40,7 @@ def judge() -> list[str]:
 
 def write() -> None:
     claims, target = collect.read_claims(CLAIMS), BUILD / "figures"
-    drawn, tables = export.export(EXECUTED, claims, read_papers(), "pyproject.toml", target)
+    drawn, tables = export.write_figures(EXECUTED, claims, read_papers(), "pyproject.toml", target)
     print(f"{drawn} figures and {tables} tables in {target}")
 
 

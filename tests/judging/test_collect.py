@@ -15,9 +15,9 @@ RUNS = Source("module.task(number=1)", "emw/1", 2016, 500)
 
 
 def claim(row, /, **changes):
-    fields = dict(ours=1.0, se=0.0, z=None, limit=None, rounding=None, detectable=None, erratum="", note="")
-    key = (*row.key, row.printed, row.unit, row.kind)
-    return replace(Claim(*key, verdict=verdict.REPRODUCED, notebook="n.ipynb", **fields), **changes)
+    fields = dict(ours=1.0, se=0.0, erratum="", note="")
+    made = Claim(**vars(row), **fields, verdict=verdict.REPRODUCED, notebook="n.ipynb")
+    return replace(made, **changes)
 
 
 def complete():

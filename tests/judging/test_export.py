@@ -31,7 +31,7 @@ def fresh(tmp_path_factory):
         pytest.skip("no executed chapters: run `make notebooks` first")
     folder, papers = tmp_path_factory.mktemp("export") / "figures", read_papers()
     claims = collect.in_order(collect.over_all(collect.claims_in, EXECUTED), papers)
-    export.export(EXECUTED, claims, papers, ROOT / "pyproject.toml", folder)
+    export.write_figures(EXECUTED, claims, papers, ROOT / "pyproject.toml", folder)
     return folder
 
 

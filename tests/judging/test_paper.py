@@ -36,7 +36,7 @@ def test_a_number_belongs_to_one_stream():
 
 def test_a_paper_is_read(toy):
     paper = read_paper(toy)
-    assert (paper.key, paper.notebooks, paper.chapters) == ("toy", "toy", ("coins",))
+    assert (paper.key, paper.folder, paper.chapters) == ("toy", toy, ["coins"])
     assert paper.printed("Table 1", "heads", "mean") == Printed(
         "toy", "Table 1", "heads", "mean", "0.49", "1", "monte-carlo", 500
     )
@@ -56,10 +56,10 @@ def test_unit_of_the_last_digit(text, unit):
     [
         (MANIFEST.replace("part = 4", ""), LEDGER, "must have"),
         (MANIFEST + "\n[extra]\n", LEDGER, "must have"),
-        (MANIFEST, LEDGER.replace("Table 1,heads,mean", "Table 2,heads,mean"), "line 2: table 'Table 2'"),
+        (MANIFEST, LEDGER.replace("Table 1,heads,mean", "Table 2,heads,mean"), "line 2: table 'Table 2' is"),
         (MANIFEST, LEDGER.replace("heads,std", "tails,std"), "line 3: row 'tails'"),
         (MANIFEST, LEDGER.replace("bound,0.5", "limit,0.5"), "line 4: column 'limit'"),
-        (MANIFEST, LEDGER.replace("deterministic", "certain"), "kind must be one of"),
+        (MANIFEST, LEDGER.replace("deterministic", "certain"), "line 4: kind 'certain' is unknown"),
         (MANIFEST, LEDGER.replace("unit,", ""), "the columns must be"),
         (MANIFEST, LEDGER + "Table 1,heads,mean,0.5,1,input,\n", "two rows have the same"),
     ],

@@ -73,7 +73,7 @@ def test_quadratic_coordinates_are_the_state_and_infinity_is_their_edge():
     back = quadratic.from_quadratic(scenario, points)
     side = np.where(states[:, :1] < 0, -1, 1) * [1, 0, 1, 0] + [0, 1, 0, 1]
     np.testing.assert_allclose(back, states * side, rtol=1e-6)
-    same, _ = quadratic.quadratic(scenario).linearise(points)
+    same, _ = quadratic.quadratic_scenario(scenario).linearise(points)
     np.testing.assert_allclose(same, scenario.linearise(states)[0], atol=1e-14)
     _, b, c, p = points[0]
     assert np.isnan(quadratic.from_quadratic(scenario, [b * b / c, b, c, p])).all()
@@ -81,7 +81,7 @@ def test_quadratic_coordinates_are_the_state_and_infinity_is_their_edge():
 
 @pytest.mark.parametrize("kappa", [None, 0.0, 0.5])
 def test_gradient_in_quadratic_coordinates(kappa):
-    scenario = quadratic.quadratic(conical.section_3_2(assumed_depth=200.0), kappa)
+    scenario = quadratic.quadratic_scenario(conical.section_3_2(assumed_depth=200.0), kappa)
     point = np.array([1.6, 3e-4, 2e-7, -3e-4] if kappa is None else [0.7, 4e-4, -3e-4])
     gradient = scenario.linearise(point)[1]
     for i, step in enumerate(1e-6 * point):

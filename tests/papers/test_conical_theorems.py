@@ -9,14 +9,14 @@ import sympy as sp
 import tmalib as tma
 from tmalib.ghosts import ghosts_of_two_legs
 from tmalib.papers.conical_angles import exact_search, rational, theorem_drawing, theorem_scenes
-from tmalib.papers.conical_angles.exact_search import CLASSES, Geometry
+from tmalib.papers.conical_angles.exact_search import CLASSES, RationalGeometry
 
 ARRAY = 100.0
 
 
 def geometries(name, count=12):
     rng = np.random.default_rng([3, list(CLASSES).index(name)])
-    return [exact_search.random_geometry(name, rng) for _ in range(count)]
+    return [exact_search.draw_geometry(name, rng) for _ in range(count)]
 
 
 # -- exact geometry ------------------------------------------------------------------------------------------
@@ -172,9 +172,9 @@ def test_the_search_finds_what_the_theory_says_and_the_array_cannot_tell_it(name
 )
 def test_the_search_finds_known_ghosts(velocity, beta):
     headings = ((F(0), F(1)), (F(24, 25), F(7, 25)))
-    ((p, _, zeta),) = exact_search.ghosts(Geometry(rational.ZERO, velocity, F(1, 2), headings))
+    ((p, _, zeta),) = exact_search.ghosts(RationalGeometry(rational.ZERO, velocity, F(1, 2), headings))
     assert (p, zeta) == (rational.ZERO, beta / 2)
-    beside = Geometry((F(1, 10), F(0)), velocity, F(1, 2), headings)
+    beside = RationalGeometry((F(1, 10), F(0)), velocity, F(1, 2), headings)
     assert exact_search.ghosts(beside) == [], "they need a target over the array"
 
 

@@ -27,20 +27,20 @@ def by_hand(array_depth, target_depth, assumed_depth, pairs=76):
 
 def test_without_a_change_it_is_the_experiment_of_the_section():
     found = experiments.two_rays(3, 20, bottom_depth=2000.0)["state"]
-    np.testing.assert_array_equal(variants.two_rays(3, 20, 2000.0)["errors"], found - TRUTH)
+    np.testing.assert_array_equal(variants.attempt(3, 20, 2000.0)["errors"], found - TRUTH)
 
 
 def test_fewer_pairs_are_the_first_of_both_rays():
     measured = by_hand(200.0, 100.0, 300.0).simulate(20, 3)
     kept = np.concatenate([measured[:, :40], measured[:, 76:116]], axis=1)
     found = tma.fit(by_hand(200.0, 100.0, 300.0, pairs=40), kept, variants.START)
-    np.testing.assert_allclose(variants.two_rays(3, 20, 2000.0, pairs=40)["errors"], found.state - TRUTH)
+    np.testing.assert_allclose(variants.attempt(3, 20, 2000.0, pairs=40)["errors"], found.state - TRUTH)
 
 
 def test_exchanged_depths_in_the_data_only():
     measured = by_hand(100.0, 200.0, 300.0).simulate(20, 3)
     found = tma.fit(by_hand(200.0, 100.0, 300.0), measured, variants.START)
-    changed = variants.two_rays(3, 20, 2000.0, exchanged=(False, True))["errors"]
+    changed = variants.attempt(3, 20, 2000.0, exchanged=(False, True))["errors"]
     np.testing.assert_allclose(changed, found.state - TRUTH, rtol=1e-6)
 
 
@@ -51,7 +51,7 @@ def test_steps_are_those_of_gauss_newton(steps):
     for _ in range(steps):
         value, gradient = scenario.linearise(state)
         state = state + np.linalg.lstsq(gradient, measured - value)[0]
-    found = variants.two_rays(3, 1, 2000.0, steps=steps)["errors"][0]
+    found = variants.attempt(3, 1, 2000.0, steps=steps)["errors"][0]
     np.testing.assert_allclose(found, state - TRUTH, rtol=1e-6)
 
 

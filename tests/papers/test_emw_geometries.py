@@ -10,7 +10,7 @@ TIMES = np.arange(0.0, 601.0, 60.0)
 
 def sample(kind, n=50):
     rng = np.random.default_rng(3)
-    return [geometries.draw(kind, rng) for _ in range(n)]
+    return [geometries.random_scene(kind, rng) for _ in range(n)]
 
 
 def ray(position, velocity, observer, time):
@@ -68,4 +68,4 @@ def test_the_scene_shows_the_geometry(kind):
 
 def test_unknown_kind():
     with pytest.raises(ValueError, match="kind must be one of"):
-        geometries.draw("circling observer", np.random.default_rng(0))
+        geometries.random_scene("circling observer", np.random.default_rng(0))

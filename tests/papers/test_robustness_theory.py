@@ -103,7 +103,7 @@ def test_integrals_against_adaptive_quadrature(geometry, times_and_weights):
 
 
 def test_uniform_times_end_with_the_observation():
-    times, weights = theory.uniform(4)
+    times, weights = theory.equal_steps(4)
     np.testing.assert_allclose(times, [5, 10, 15, 20])
     np.testing.assert_allclose(weights, 0.25)
     np.testing.assert_allclose(theory.midpoints(4)[0], [2.5, 7.5, 12.5, 17.5])

@@ -16,7 +16,7 @@ INSTANTS = 4
 
 
 @dataclass(frozen=True)
-class Leg:
+class ArrayLeg:
     """The array during its measurements: times and positions at both ends, axes, depths, and a length
     below which all is rounding."""
 
@@ -88,6 +88,6 @@ def straight_leg(scenario):
 
     sin, cos = place[2:, 0]
     axes = np.array([[cos, -sin], [sin, cos]])
-    leg = Leg(ends, positions, axes, array_depth, bottom_depth, tiny)
+    leg = ArrayLeg(ends, positions, axes, array_depth, bottom_depth, tiny)
     x, y = axes @ (target.position_at(ends) - positions).T
     return leg, x, y, target.depth, models[0].path if len(instants) == 1 else None

@@ -16,18 +16,9 @@ RUNS = "TMALIB_RUNS"  # variable of the environment: folder of the run store; wi
 def numbers(prefix, **values):
     """Make numbers known to the sentences of the book: ``{glue:text}`PREFIX-NAME:.2f` ``.
 
-    Parameters
-    ----------
-    prefix : str
-        First part of every key.
-    **values
-        Numbers by name, where ``_`` becomes ``-``. Several under one name: a dict gives
-        ``PREFIX-NAME-KEY``, a sequence ``PREFIX-NAME-0``, ``-1`` and so on, also one within the other.
-
-    Returns
-    -------
-    IPython.display.HTML
-        A table for who opens the chapter in Jupyter, where the sentences have holes.
+    In a name ``_`` becomes ``-``. Several numbers under one name: a dict gives ``PREFIX-NAME-KEY``, a
+    sequence ``PREFIX-NAME-0``, ``-1`` and so on, also one within the other. Returns a table, for who opens
+    the chapter in Jupyter, where the sentences have holes.
     """
     from IPython.display import HTML
     from myst_nb import glue
@@ -40,24 +31,17 @@ def numbers(prefix, **values):
 
 
 def _flat(key, value):
-    if isinstance(value, Mapping):
-        for name, part in value.items():
-            yield from _flat(f"{key}-{str(name).replace('_', '-')}", part)
-    elif np.ndim(value):
-        for place, part in enumerate(value):
-            yield from _flat(f"{key}-{place}", part)
+    if isinstance(value, Mapping) or np.ndim(value):
+        parts = value.items() if isinstance(value, Mapping) else enumerate(value)
+        for name, part in parts:
+            yield from _flat(f"{key}-{name}".replace("_", "-"), part)
     else:
         number = float(value)
         yield key, int(number) if number.is_integer() else number
 
 
 def show(*made_from):
-    """Show the figure of a cell, and say which random numbers are in it.
-
-    Parameters
-    ----------
-    *made_from : Runs or Stream
-    """
+    """Show the figure of a cell, and say from which `Runs` or `Stream` the random numbers in it are."""
     import matplotlib.pyplot as plt
     from IPython.display import display
 
@@ -72,6 +56,4 @@ def stored_runs(task, runs, stream, *, seed=SEED):
     The store is the folder that the environment names in ``TMALIB_RUNS``, as the Makefile does.
     """
     folder = os.environ.get(RUNS)
-    if not folder:
-        return monte_carlo(task, runs, stream, seed=seed)
-    return RunStore(folder).monte_carlo(task, runs, stream, seed=seed)
+    return (RunStore(folder).monte_carlo if folder else monte_carlo)(task, runs, stream, seed=seed)

@@ -27,21 +27,14 @@ class Origin:
 
 def outputs_of(notebook):
     """Index of the cell, and every output of it that has data."""
-    return [
-        (index, output)
-        for index, cell in enumerate(notebook.cells)
-        for output in cell.get("outputs", [])
-        if "data" in output
-    ]
+    cells = enumerate(notebook.cells)
+    return [(index, o) for index, cell in cells for o in cell.get("outputs", []) if "data" in o]
 
 
 def claims_in(name, notebook):
     """The claims of a notebook, each with the notebook's name and its cell."""
-    return [
-        replace(Claim(**row), notebook=name, cell=index)
-        for index, output in outputs_of(notebook)
-        for row in output.data.get(CLAIMS, [])
-    ]
+    rows = [(row, index) for index, output in outputs_of(notebook) for row in output.data.get(CLAIMS, [])]
+    return [replace(Claim(**row), notebook=name, cell=index) for row, index in rows]
 
 
 def figure_name(cell):

@@ -60,34 +60,27 @@ def draw_tables(ax, claims, papers):
     """A line of points a table, its limit, and the names of the cells beyond."""
     place, ticks, shown = 0, {}, {}
     for key, found in groupby((c for c in claims if c.z is not None), key=lambda c: c.paper):
-        paper = papers[key]
-        ax.annotate(paper.title, (0, place), xytext=(4, 0), textcoords="offset points",
-                    va="center", fontweight="bold", fontsize=9)  # fmt: skip
-        for table, family in groupby(found, key=lambda c: c.table):
-            place += 1
-            family = list(family)
+        paper, look = papers[key], dict(va="center", fontsize=9)
+        ax.annotate(paper.title, (0, place), (4, 0), textcoords="offset points", fontweight="bold", **look)
+        for table, rows in groupby(found, key=lambda c: c.table):
+            place, family = place + 1, sorted(rows, key=lambda c: -c.z)
             ticks[place] = paper.tables[table]
             ax.plot([family[0].limit] * 2, [place - 0.4, place + 0.4], color="black", linewidth=1.2)
-            for claim in family:
-                marker, entity, filled = LOOKS[claim.verdict]
-                colour = figures.colour(entity)
-                (shown[marker],) = ax.plot(
-                    claim.z, place, marker, color=colour, markersize=5, alpha=0.8, markeredgewidth=0.8,
-                    markerfacecolor=colour if filled else "none", linestyle="none",
-                    label=LABELS.get(claim.verdict, claim.verdict),
-                )  # fmt: skip
-            far = sorted(
-                (c for c in family if c.z > c.limit and c.verdict != UNSPECIFIED), key=lambda c: -c.z
-            )
+            for c in family:
+                marker, entity, filled = LOOKS[c.verdict]
+                look = dict(color=figures.colour(entity), fillstyle="full" if filled else "none", alpha=0.8)
+                look |= dict(markersize=5, markeredgewidth=0.8, label=LABELS.get(c.verdict, c.verdict))
+                (shown[marker],) = ax.plot(c.z, place, marker, **look)
+            far = [c for c in family if c.z > c.limit and c.verdict != UNSPECIFIED]
             names = ", ".join(f"{paper.columns[c.column]} {paper.rows[c.row]}" for c in far)
             ax.annotate(names, (1.01, place), xycoords=("axes fraction", "data"), va="center", fontsize=7.5)
         place += 1
     ax.set_yticks([*ticks], ticks.values())
-    ax.set_ylim(place - 0.3, -0.7)
     ax.set_xscale("symlog", linthresh=4, linscale=2)
-    ax.set_xticks([0, 1, 2, 3, 4, 10, 30, 100], ["0", "1", "2", "3", "4", "10", "30", "100"])
+    places = (0, 1, 2, 3, 4, 10, 30, 100)
+    ax.set_xticks(places, map(str, places))
     ax.minorticks_off()
-    ax.set_xlim(-0.1, 100)
+    ax.set(xlim=(-0.1, 100), ylim=(place - 0.3, -0.7))
     ax.set_xlabel("Deviation from the printed value (standard errors)")
     ax.legend(handles=shown.values(), loc="lower right", fontsize=8, frameon=True)
 
@@ -107,7 +100,7 @@ def draw_counts(ax, claims):
     ax.legend(loc="upper right", fontsize=8)
 
 
-def draw(claims, papers, folder):
+def draw_deviations(claims, papers, folder):
     """Write the figure, SVG and PDF, and its `counts`, CSV, to ``folder``; returns its name."""
     figures.use_style()
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(7.2, 7.4), height_ratios=(2.6, 1))

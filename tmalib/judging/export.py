@@ -19,7 +19,7 @@ COLUMNS = ("row", "column", "printed", "ours", "se", "z", "verdict")
 INDEX = ("file", "notebook", "cell", "made_from")
 
 
-def export(executed, claims, papers, pyproject, folder):
+def write_figures(executed, claims, papers, pyproject, folder):
     """Write all figures and tables anew; returns how many of each."""
     folder = Path(folder)
     shutil.rmtree(folder, ignore_errors=True)
@@ -29,9 +29,9 @@ def export(executed, claims, papers, pyproject, folder):
         files = figures[origin.figure] if origin.figure else tables[origin.paper, origin.table]
         made_from = "; ".join(map(str, origin.sources))
         rows += [dict(file=f, notebook=origin.notebook, cell=origin.cell, made_from=made_from) for f in files]
-    stem = f"verdicts/{deviations.draw(claims, papers, folder / 'verdicts')}"
+    stem = f"verdicts/{deviations.draw_deviations(claims, papers, folder / 'verdicts')}"
     rows += [dict(file=f"{stem}.{kind}", notebook="all judged tables") for kind in ("svg", "pdf", "csv")]
-    stem = f"house/{house.draw(pyproject, folder / 'house')}"
+    stem = f"house/{house.draw_house(pyproject, folder / 'house')}"
     rows += [dict(file=f"{stem}.{kind}", notebook="pyproject.toml") for kind in ("svg", "pdf")]
     write_csv(folder / "index.csv", INDEX, sorted(rows, key=lambda row: row["file"]))
     return len(figures) + 2, len(tables)

@@ -42,7 +42,7 @@ def without_detours(pairs):
     }
 
 
-def draw(pyproject, folder):
+def draw_house(pyproject, folder):
     """Write the drawing, SVG and PDF, to ``folder``; returns its name."""
     figures.use_style()
     layers = read_layers(pyproject)

@@ -1,18 +1,13 @@
 """A paper's manifest and ledger: all that the book has to know of it, read from its folder.
 
-``paper.toml``
-    key, title, citation, part of the book, chapters in order; tables, rows and columns as in the ledger and
-    as typeset; random streams with their numbers; errata with title and status.
-``published.csv``
-    the ledger: one row a printed value, with ``table, row, column``, the value exactly as printed, its unit,
-    its kind and, for a Monte-Carlo number, the paper's number of runs.
-
-Code reads both; no number of a paper stands anywhere else.
+``paper.toml`` has key, title, citation, part of the book, chapters; tables, rows and columns as in the ledger
+and as typeset; random streams with their numbers; errata with title and status. ``published.csv`` is the
+ledger, one row a printed value, exactly as printed. No number of a paper stands anywhere else.
 """
 
 import csv
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 
@@ -20,9 +15,6 @@ from ..montecarlo import Stream
 
 PAPERS = Path(__file__).parent.parent / "papers"
 KINDS = ("input", "deterministic", "count", "monte-carlo", "text")
-MANIFEST = (
-    "key", "title", "citation", "part", "chapters", "tables", "rows", "columns", "streams", "errata",
-)  # fmt: skip
 LEDGER = ("table", "row", "column", "printed", "unit", "kind", "runs")
 
 
@@ -71,44 +63,36 @@ class Printed:
 class Paper:
     """The manifest of a paper, and through it the ledger."""
 
-    folder: Path
+    folder: Path  # whose name is also that of the folder of its chapters
     key: str
     title: str
     citation: str
     part: int
-    chapters: tuple
+    chapters: list
     tables: dict
     rows: dict
     columns: dict
     streams: dict
     errata: dict
 
-    @property
-    def notebooks(self):
-        """Name of the folder of its chapters, the same as that of its modules."""
-        return self.folder.name
-
     @cached_property
     def ledger(self):
         """All printed values, a dict from ``(table, row, column)`` to `Printed`."""
-        path = self.folder / "published.csv"
+        path, rows = self.folder / "published.csv", []
         with path.open(newline="", encoding="utf-8") as lines:
             reader = csv.DictReader(lines)
             if tuple(reader.fieldnames or ()) != LEDGER:
                 raise ValueError(f"{path}: the columns must be {LEDGER}, got {reader.fieldnames}")
-            rows = [self._check_row(path, reader.line_num, row) for row in reader]
+            for row in reader:
+                known = dict(table=self.tables, row=self.rows, column=self.columns, kind=KINDS)
+                for name, values in known.items():
+                    if row[name] not in values:
+                        raise ValueError(f"{path}, line {reader.line_num}: {name} {row[name]!r} is unknown")
+                rows.append(Printed(self.key, **row | {"runs": int(row["runs"]) if row["runs"] else None}))
         found = {row.key[1:]: row for row in rows}
         if len(found) < len(rows):
             raise ValueError(f"{path}: two rows have the same table, row and column")
         return found
-
-    def _check_row(self, path, line, row):
-        for name, known in (("table", self.tables), ("row", self.rows), ("column", self.columns)):
-            if row[name] not in known:
-                raise ValueError(f"{path}, line {line}: {name} {row[name]!r} is not in the manifest")
-        if row["kind"] not in KINDS:
-            raise ValueError(f"{path}, line {line}: kind must be one of {KINDS}, got {row['kind']!r}")
-        return Printed(self.key, **row | {"runs": int(row["runs"]) if row["runs"] else None})
 
     def printed(self, table, row, column):
         """The ledger's row with this key; `ValueError` if there is none."""
@@ -127,9 +111,10 @@ def read_paper(folder):
     """The `Paper` in a folder; `ValueError` for a manifest that lacks something or has something unknown."""
     path = Path(folder) / "paper.toml"
     found = tomllib.loads(path.read_text(encoding="utf-8"))
-    if found.keys() != set(MANIFEST):
-        raise ValueError(f"{path} must have {sorted(MANIFEST)}, got {sorted(found)}")
-    return Paper(Path(folder), **found | {"chapters": tuple(found["chapters"])})
+    wanted = {field.name for field in fields(Paper)} - {"folder"}
+    if found.keys() != wanted:
+        raise ValueError(f"{path} must have {sorted(wanted)}, got {sorted(found)}")
+    return Paper(Path(folder), **found)
 
 
 def read_papers(folder=PAPERS):

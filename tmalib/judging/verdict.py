@@ -1,18 +1,12 @@
-"""The verdict on a printed value.
+"""The verdict on a printed value; the page "How a printed number is judged" of the book gives the reasons.
 
-*Deterministic* rows (bounds, factors) and *inputs* agree when ours differs by at most one unit of the
-last printed digit; a *count* must be the same integer. *Text* rows are phrases ("a good approximation"):
-the chapter says beforehand which quantity measures the phrase and between which limits it holds.
-*Monte-Carlo* rows are compared by::
+*Deterministic* rows and *inputs* agree within one unit of the last printed digit, a *count* must be equal, a
+*text* (a phrase) lies between limits that the chapter sets beforehand. *Monte-Carlo* rows are compared by::
 
-    z = max(0, |ours - printed| - half a unit) / sqrt(SE_ours^2 + SE_printed^2).
+    z = max(0, |ours - printed| - half a unit) / sqrt(SE_ours^2 + SE_printed^2)
 
-SE_printed is the sampling error of a statistic from the paper's number of runs, computed from our
-spread. The m rows of a table are one family: with the Sidak level ``1 - (1 - alpha)^(1/m)`` a table
-that is right is rejected with probability alpha at most. A criterion that cannot reject is not a pass,
-so each Monte-Carlo row also states the smallest deviation that would have been found with 80 %
-probability. Where that is more than half the spread of the errors, as heavy tails make it, or where our
-own sampling error exceeds the paper's, agreement proves little and the verdict is "inconclusive".
+with the limit of Sidak for the m rows of a table, level ``1 - (1 - alpha)^(1/m)``. Agreement is inconclusive
+where a deviation of half the errors' spread could not have been found, or our error exceeds the paper's.
 """
 
 import re
@@ -21,11 +15,13 @@ from statistics import NormalDist
 
 import numpy as np
 
-from ..checks import check_scalar, store
+from ..checks import check_scalar, set_fields
 from ..montecarlo import Source
+from .paper import Printed
 
 ALPHA = 0.05
 POWER = 0.8
+POWER_QUANTILE = NormalDist().inv_cdf(POWER)
 RESOLUTION = 0.5  # of the errors' spread: a test that cannot see so much is not conclusive
 CLAIMS = "application/vnd.tmalib.claims+json"  # the type of a notebook's output that carries claims
 
@@ -78,26 +74,19 @@ def of_statistics(found, i, printed_runs):
     return tuple(Ours(value[i], se()[i], se(printed_runs)[i], found.std[i]) for value, se in pairs)
 
 
-@dataclass(frozen=True)
-class Claim:
+@dataclass(frozen=True, kw_only=True)
+class Claim(Printed):
     """A judged row of the ledger, as it is written into a notebook's output and as it is read from there.
 
     A deterministic row has no ``z``, ``limit``, ``rounding`` and ``detectable``.
     """
 
-    paper: str
-    table: str
-    row: str
-    column: str
-    printed: str
-    unit: str
-    kind: str
     ours: float
     se: float
-    z: float | None
-    limit: float | None  # for z, of the family
-    rounding: float | None  # half a unit of the last printed digit in standard errors
-    detectable: float | None  # the smallest deviation that would have been found
+    z: float | None = None
+    limit: float | None = None  # for z, of the family
+    rounding: float | None = None  # half a unit of the last printed digit in standard errors
+    detectable: float | None = None  # the smallest deviation that would have been found
     verdict: str
     erratum: str
     note: str
@@ -106,13 +95,8 @@ class Claim:
     cell: int = -1
 
     def __post_init__(self):
-        sources = [source if isinstance(source, Source) else Source(**source) for source in self.sources]
-        store(self, sources=tuple(sources))
-
-    @property
-    def key(self):
-        """``(paper, table, row, column)``."""
-        return (self.paper, self.table, self.row, self.column)
+        sources = (source if isinstance(source, Source) else Source(**source) for source in self.sources)
+        set_fields(self, sources=tuple(sources))
 
 
 def z_score(printed_value, last_digit, ours):
@@ -129,29 +113,12 @@ def sidak_limit(rows, alpha=ALPHA):
 
 
 def judge(paper, table, ours, *, made_from=(), alpha=ALPHA):
-    """Judge rows of a table.
+    """`Verdicts` on rows of a table of a `Paper`; ``ours`` maps ``(row, column)`` to `Ours`.
 
-    Parameters
-    ----------
-    paper : Paper
-    table : str
-    ours : dict
-        ``(row, column)`` to `Ours`. All Monte-Carlo rows of the table belong in one call: they are the
-        family over which the level is kept.
-    made_from : sequence of Runs or Stream
-        The Monte-Carlo runs behind ours; every Monte-Carlo row and phrase names them.
-    alpha : float
-        Probability of rejecting a table that is right.
-
-    Returns
-    -------
-    Verdicts
-
-    Raises
-    ------
-    ValueError
-        For an unknown key, no rows, a value that is not finite, a Monte-Carlo row without standard errors, a
-        text row without limits or another row with them.
+    All Monte-Carlo rows of the table belong in one call: they are the family over which the level ``alpha``,
+    the probability of rejecting a table that is right, is kept. They and phrases name the `Runs` or `Stream`
+    that they are ``made_from``. `ValueError` for an unknown key, no rows, a value that is not finite, a
+    Monte-Carlo row without standard errors, a text row without limits or another row with them.
     """
     rows = [(paper.printed(table, *key), value) for key, value in ours.items()]
     return judge_rows(rows, made_from=made_from, alpha=alpha)
@@ -171,35 +138,26 @@ def judge_rows(rows, *, made_from=(), alpha=ALPHA):
 def _judge_row(row, ours, limit, sources):
     check_scalar(f"our value of {row.key}", ours.value)
     if (row.kind == "text") != bool(ours.criterion):
-        raise ValueError(
-            f"limits (at_least, at_most) are for text rows, which need one: {row.key}, got {ours}"
-        )
-    z = rounding = detectable = None
-    resolved = True
+        raise ValueError(f"limits are for text rows, which need one: {row.key}, got {ours}")
+    resolved, random, held = True, {}, ""
     if row.kind == "monte-carlo":
         if not (ours.se > 0 and ours.se_printed > 0 and ours.spread > 0):
             raise ValueError(f"the Monte-Carlo row {row.key} needs standard errors and a spread, got {ours}")
         half, spread = row.last_digit / 2, np.hypot(ours.se, ours.se_printed)
-        z, rounding = z_score(row.value, row.last_digit, ours), float(half / spread)
-        detectable = float(half + (limit + NormalDist().inv_cdf(POWER)) * spread)
+        z, detectable = z_score(row.value, row.last_digit, ours), half + (limit + POWER_QUANTILE) * spread
         agrees = z <= limit
         resolved = ours.se <= ours.se_printed and detectable <= RESOLUTION * ours.spread
+        random = dict(z=float(z), rounding=float(half / spread), detectable=float(detectable), limit=limit)
     elif row.kind == "text":
         agrees = within(ours.value, ours.at_least, ours.at_most)
+        held = f"{'holds' if agrees else 'does not hold'}: {ours.criterion} was asked"
     else:
         agrees = row.agrees(ours.value)
-    held = f"{'holds' if agrees else 'does not hold'}: {ours.criterion} was asked" if ours.criterion else ""
     return Claim(
-        *row.key,
-        row.printed,
-        row.unit,
-        row.kind,
+        **vars(row),
+        **random,
         ours=float(ours.value),
         se=float(ours.se),
-        z=None if z is None else float(z),
-        limit=None if z is None else limit,
-        rounding=rounding,
-        detectable=detectable,
         verdict=_word(agrees, resolved, ours),
         erratum=ours.erratum,
         note="; ".join(filter(None, (held, ours.note, ours.assumption))),
@@ -213,9 +171,7 @@ def _word(agrees, resolved, ours):
         return UNSPECIFIED
     if not agrees:
         return NOT_REPRODUCED
-    if not resolved:
-        return INCONCLUSIVE
-    return CORRECTED if ours.erratum else REPRODUCED
+    return INCONCLUSIVE if not resolved else CORRECTED if ours.erratum else REPRODUCED
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ def load_claims(env):
 
 
 def load_papers(env):
-    """The papers by key."""
+    """The papers by key; the page that asks is built again when a manifest or ledger changes."""
     papers = read_papers()
     for paper in papers.values():
         for name in ("paper.toml", "published.csv"):
@@ -44,12 +44,15 @@ def cell_label(notebook, cell):
     return f"{nodes.make_id('notebooks/' + notebook.removesuffix('.ipynb'))}-cell-{cell}"
 
 
-def link(env, label, text, title=""):
+def reference(env, label, content, kind="ref", **attributes):
     """A reference to a label, resolved when the whole book has been read."""
-    return addnodes.pending_xref(
-        "", nodes.inline("", "", nodes.Text(text)), refdomain="std", reftype="ref", reftarget=label,
-        refexplicit=True, refwarn=True, refdoc=env.docname, reftitle=title,
-    )  # fmt: skip
+    options = dict(refdomain="std", reftype=kind, reftarget=label, refexplicit=kind == "ref", refwarn=True)
+    return addnodes.pending_xref("", content, refdoc=env.docname, **options, **attributes)
+
+
+def link(env, label, text, title=""):
+    """A link with a text of its own."""
+    return reference(env, label, nodes.inline("", "", nodes.Text(text)), reftitle=title)
 
 
 def in_brackets(unit):

@@ -7,11 +7,10 @@ import re
 from pathlib import Path
 
 from docutils import nodes
-from sphinx import addnodes
 
 from ..chapters import read
 from ..collect import origins_in
-from .ledger import cell_label, label_of, link
+from .ledger import cell_label, label_of, link, reference
 
 
 def add_provenance(app, doctree):
@@ -51,27 +50,20 @@ def listing(env, origins):
     """The folded list."""
     items = nodes.bullet_list()
     for origin in sorted(origins, key=lambda origin: origin.cell):
-        cell = nodes.Text(f"cell {origin.cell}")
+        cell = f"cell {origin.cell}"
         if origin.table:
-            cell = link(env, cell_label(origin.notebook, origin.cell), cell)
-        runs = "".join(f"; {source}" for source in origin.sources)
-        item = nodes.paragraph("", "", what(env, origin), nodes.Text(": "), cell, nodes.Text(f"{runs}."))
-        items += nodes.list_item("", item)
+            what = link(env, label_of(origin.paper, origin.table), f"{origin.table}, judged")
+            parts = [what, nodes.Text(": "), link(env, cell_label(origin.notebook, origin.cell), cell)]
+        else:
+            what = reference(env, origin.figure, nodes.literal("", origin.figure), kind="numref")
+            parts = [what, nodes.Text(f": {cell}")]
+        parts.append(nodes.Text("".join(f"; {source}" for source in origin.sources) + "."))
+        items += nodes.list_item("", nodes.paragraph("", "", *parts))
     intro = nodes.paragraph("", "Made by ", nodes.literal("", f"notebooks/{origins[0].notebook}"))
     intro += nodes.Text(". For each: the cell and, where random numbers are in it, the runs behind it.")
     box = nodes.admonition(classes=["dropdown", "provenance"])
     box += [nodes.title("", "Where the figures and tables come from"), intro, items]
     return box
-
-
-def what(env, origin):
-    """A reference to the figure or judged table."""
-    if origin.table:
-        return link(env, label_of(origin.paper, origin.table), f"{origin.table}, judged")
-    return addnodes.pending_xref(
-        "", nodes.literal("", origin.figure), refdomain="std", reftype="numref", reftarget=origin.figure,
-        refexplicit=False, refwarn=True, refdoc=env.docname,
-    )  # fmt: skip
 
 
 def setup(app):

@@ -1,19 +1,11 @@
-"""Numbers and verdicts of the ledger inside a sentence.
+"""Numbers and verdicts of the ledger inside a sentence; one that the ledger does not have fails the build.
 
-``{printed}`paper; table; row; column` ``
-    the number as printed.
-``{ours}`paper; table; row; column` ``, ``{ours}`paper; table; row; column; .1f` ``
-    ours, with as many digits as the printed one or in a format.
-``{verdict}`paper; table; row; column` ``
-    the verdict on one number.
-``{verdict}`words <paper; table>` ``, ``{verdict}`words <paper; table; row; column>` ``
-    the words, which must be the verdict on every number meant: what a sentence says is checked.
-``{count}`paper; table` ``, ``{count}`paper; table; verdict` ``
-    how many numbers a table has; how many of them have this verdict, with the word. A paper alone counts all.
-``{deviation}`name` ``, ``{deviation}`name; .1f` ``
-    a number of the figure of all deviations, see `tmalib.judging.deviations`.
-
-A key or verdict that the ledger does not have fails the build.
+``{printed}`paper; table; row; column` ``: the number as printed.
+``{ours}`paper; table; row; column` ``: ours, with as many digits; or in a format, ``column; .1f``.
+``{verdict}`paper; table; row; column` ``: the verdict on one number.
+``{verdict}`words <paper; table>` ``: the words, which must be the verdict on every number meant.
+``{count}`paper; table` ``, ``{count}`paper; table; verdict` ``: how many numbers; how many with this verdict.
+``{deviation}`name` ``: a number of the figure of all deviations, see `tmalib.judging.deviations`.
 """
 
 from docutils import nodes

@@ -31,7 +31,7 @@ INSTANTS = tuple(tuple(Fraction(side * k, 5) for k in range(1, 6)) for side in (
 
 
 @dataclass(frozen=True)
-class Geometry:
+class RationalGeometry:
     """A target seen from two legs.
 
     Attributes
@@ -169,8 +169,8 @@ CLASSES = {
 }
 
 
-def random_geometry(name, rng):
-    """A random `Geometry` of a class.
+def draw_geometry(name, rng):
+    """A random `RationalGeometry` of a class.
 
     Parameters
     ----------
@@ -194,7 +194,7 @@ def _anywhere(rng, right_angle):
             continue
         leg = int(rng.integers(2))
         p, velocity = [(fraction(rng, -n, n), fraction(rng, -n, n)) for n in (12, 6)]
-        geometry = Geometry(p, velocity, nonzero(rng, 1, 12), (one, two), leg)
+        geometry = RationalGeometry(p, velocity, nonzero(rng, 1, 12), (one, two), leg)
         if p != ZERO:
             return geometry
 

@@ -11,7 +11,7 @@ from ...batch import fit
 from ...bounds import crlb, whitened_jacobian
 from ...charts import Cartesian
 from . import scenarios as conical
-from .quadratic import from_quadratic, nearest_at_infinity, quadratic, to_quadratic
+from .quadratic import from_quadratic, nearest_at_infinity, quadratic_scenario, to_quadratic
 
 
 def one_ray(seed, runs, sigma, assumed_depth=200.0):
@@ -25,8 +25,8 @@ def one_ray(seed, runs, sigma, assumed_depth=200.0):
     """
     scenario = conical.section_3_2(sigma, assumed_depth)
     measured = scenario.simulate(runs, seed)
-    free = fit(quadratic(scenario), measured, to_quadratic(scenario, scenario.state))
-    far = fit(quadratic(scenario, kappa=0.0), measured, nearest_at_infinity(scenario).state)
+    free = fit(quadratic_scenario(scenario), measured, to_quadratic(scenario, scenario.state))
+    far = fit(quadratic_scenario(scenario, kappa=0.0), measured, nearest_at_infinity(scenario).state)
     return {
         "state": from_quadratic(scenario, free.state),
         "cost": free.cost,

@@ -68,7 +68,7 @@ class Quadratic:
         return value, np.stack([*rows, elapsed * square * scale**3])
 
 
-def quadratic(scenario, kappa=None):
+def quadratic_scenario(scenario, kappa=None):
     """A scenario of Section 3.2, estimated in quadratic coordinates; ``kappa`` as in `Quadratic`."""
     sensor = scenario.sensors[0]
     sensors = [Sensor(Quadratic(sensor.model, kappa), sensor.times, sensor.sigma)]
@@ -108,11 +108,11 @@ def nearest_at_infinity(scenario):
     """
     x, y, u, _ = scenario.state
     start = [x / y, u / y, to_quadratic(scenario, scenario.state)[3]]
-    return fit(quadratic(scenario, kappa=0.0), scenario.measure(), np.array(start))
+    return fit(quadratic_scenario(scenario, kappa=0.0), scenario.measure(), np.array(start))
 
 
 def profile(scenario, measured, kappas):
     """Least criterion at given values of ``kappa = (zeta / y)^2``, shape ``(runs, len(kappas))``."""
     start = nearest_at_infinity(scenario).state
-    fits = [fit(quadratic(scenario, kappa), measured, start) for kappa in kappas]
+    fits = [fit(quadratic_scenario(scenario, kappa), measured, start) for kappa in kappas]
     return np.stack([np.where(found.converged, found.cost, np.nan) for found in fits], axis=-1)

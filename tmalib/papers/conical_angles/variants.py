@@ -17,7 +17,7 @@ from . import scenarios as conical
 START = (8000.0, 8000.0, 0.0, 0.0)  # m and m/s: that of the paper
 
 
-def two_rays(seed, runs, bottom_depth, assumed_depth=300.0, pairs=None, exchanged=(False, False), steps=None):
+def attempt(seed, runs, bottom_depth, assumed_depth=300.0, pairs=None, exchanged=(False, False), steps=None):
     """Section 5.2 with something changed: errors of the initial state, ``{"errors": (runs, 4)}``.
 
     Parameters

@@ -25,7 +25,7 @@ KINDS = (
 )
 
 
-def draw(kind, rng):
+def random_scene(kind, rng):
     """Position of the target at the start, its velocity and the observer's, each ``(2,)``.
 
     The observer starts at the origin, the target is 10 to 30 km away, and speeds are 1 to 15 m/s. What the

@@ -31,7 +31,7 @@ NEWTON_STEPS = 60
 FLAT = 1e-12  # curvature, relative to the other directions, below which there is no minimum
 
 
-def uniform(count):
+def equal_steps(count):
     """Times ``k T / n`` and weights ``1/n``, each ``(n,)``: `robustness`, Section II.D."""
     count = check_count("count", count)
     return DURATION * np.arange(1, count + 1) / count, np.full(count, 1 / count)
@@ -39,7 +39,7 @@ def uniform(count):
 
 def midpoints(count):
     """Times ``(k - 1/2) T / n`` and weights ``1/n``, each ``(n,)``."""
-    times, weights = uniform(count)
+    times, weights = equal_steps(count)
     return times - DURATION / (2 * count), weights
 
 
