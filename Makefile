@@ -91,6 +91,10 @@ book: claims  ## the book, built and checked: build/html/book/intro.html
 	$(BIN)/jupyter-book build . --config book/_config.yml --toc book/_toc.yml --path-output build/site \
 	  -W -n --keep-going 2>&1 | tee build/book.log
 	$(BIN)/python tools/build.py cached
+	@from=$$($(BIN)/python -c 'from importlib.metadata import files; \
+	  print(*(f.locate().parent for f in files("sphinx-mathjax-offline") if f.name == "tex-chtml-full.js"))'); \
+	  to=build/site/_build/html/_static/mathjax; mkdir -p $$to/output/chtml/fonts; \
+	  cp "$$from/tex-chtml-full.js" $$to; cp -R "$$from/output/chtml/fonts/woff-v2" $$to/output/chtml/fonts
 	@rm build/site/_build/html/.buildinfo  # serves incremental builds, and differs between directories
 	SITE=build/site/_build/html $(BIN)/python -m pytest -q tests/site/test_pages.py -n $(JOBS)
 	@rm -rf build/html && mv build/site/_build/html build/html
