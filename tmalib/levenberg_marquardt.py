@@ -127,7 +127,7 @@ def _normal_equations(blocks, measured, point, chart):
                 matrix[i, i:] += weight * np.vecdot(gradient[i], gradient[i:])
         for i in range(n):
             matrix[i:, i] = matrix[i, i:]
-        matrix, slope = np.moveaxis(matrix, -1, 0), slope.T
+        matrix, slope = np.ascontiguousarray(np.moveaxis(matrix, -1, 0)), slope.T
         if not isinstance(chart, Cartesian):
             jacobian = chart.jacobian(point)
             matrix = jacobian.mT @ matrix @ jacobian

@@ -206,7 +206,7 @@ def _straight_in(chart, x, moved, p, elapsed):
     phi, back = transition(elapsed), transition(-elapsed)
     point = chart.from_state(propagate(x.T, elapsed))
     before = chart.inverse_jacobian(point)
-    point = point + np.vecdot(before @ phi, (moved - x).T[:, None, :])
+    point = point + np.vecdot(before @ phi, np.ascontiguousarray((moved - x).T)[:, None, :])
     turn = back @ chart.jacobian(point) @ before @ phi
-    p = turn @ np.moveaxis(p, -1, 0) @ turn.mT
+    p = turn @ np.ascontiguousarray(np.moveaxis(p, -1, 0)) @ turn.mT
     return propagate(chart.to_state(point), -elapsed).T, np.moveaxis(p, 0, -1)

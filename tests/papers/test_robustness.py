@@ -84,9 +84,11 @@ def test_an_estimate_without_a_minimum_is_infinite_and_bad():
 def test_judged_with_the_share_of_geometries():
     here = dict.fromkeys(text.PHRASES, 0.2)
     elsewhere = dict.fromkeys(text.PHRASES, np.array([0.05, 0.2, np.nan]))
-    table = text.judge_phrases(here, elsewhere, made_from=[])
+    error = dict.fromkeys(text.PHRASES, 0.0) | {"information": 0.01}
+    table = text.judge_phrases(here, error, elsewhere, made_from=[])
     claim = table.of("BLS, circular target", "claim")
     assert claim.verdict == judging.UNSPECIFIED
     assert "holds: at least 0.1" in claim.note
     assert "holds in 1 of 3" in claim.note
     assert table.of("information", "claim").note.startswith("does not hold")
+    assert table.of("information", "claim").se == 0.01

@@ -126,8 +126,37 @@ def test_the_worse_sign_is_worse(geometry):
 
 
 def test_phrases_are_those_of_the_ledger(geometry):
-    values = filters.measure_filters(geometry, PAPER.stream("robustness/filters").chunk(), particles=500)
+    values, errors = filters.measure_filters(
+        geometry, PAPER.stream("robustness/filters").chunk(), particles=500
+    )
     rows = {key[1] for key in PAPER.ledger if key[0] == "Text"}
-    assert set(values) <= rows
+    assert set(filters.PARTICLE_PHRASES) < set(values) <= rows
     assert len(values) == 7
     assert np.isfinite(list(values.values())).all()
+    assert errors == dict.fromkeys(values, 0.0), "one draw"
+
+
+def test_draws_change_the_particles_alone(geometry):
+    """Mean and standard error are those of single draws; no other estimator scatters."""
+    circle, worst = PAPER.stream("robustness/filters").chunk().spawn(2)
+    displaced = geometry.displaced(filters.worse_perturbation(geometry))
+    options = dict(particles=500, together=10)
+    found = np.array([
+        (
+            filters.cloud_size(filters.filtered(geometry, geometry.circle, circle, draw=k, **options)),
+            filters.cloud_maximum(last := filters.filtered(geometry, displaced, worst, draw=k, **options)),
+            filters.truth_tail(last),
+        )
+        for k in range(3)
+    ])  # fmt: skip
+    one, _ = filters.measure_filters(geometry, PAPER.stream("robustness/filters").chunk(), **options)
+    values, errors = filters.measure_filters(
+        geometry, PAPER.stream("robustness/filters").chunk(), draws=3, **options
+    )
+    drawn = filters.PARTICLE_PHRASES
+    np.testing.assert_allclose([values[name] for name in drawn], found.mean(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(
+        [errors[name] for name in drawn], found.std(axis=0, ddof=1) / np.sqrt(3), rtol=1e-9
+    )
+    for name in set(values) - set(drawn):
+        assert (values[name], errors[name]) == (one[name], 0.0)

@@ -36,6 +36,13 @@ BETA = 30.0  # m/s^2
 PARTICLES = 50_000
 TOGETHER = 10  # bearings averaged for the judgement: 0.4 s
 
+# The phrases whose measure is a draw: another order of summation is another draw (see `measure_filters`).
+PARTICLE_PHRASES = (
+    "particles, circular target",
+    "particles, worst perturbation, maximum",
+    "particles, worst perturbation, spread",
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Filtered:
@@ -228,8 +235,8 @@ def worse_perturbation(geometry):
     return both[np.argmax(error)]
 
 
-def measure_filters(geometry, seed, *, particles=PARTICLES, together=TOGETHER):
-    """All measures in one geometry, a dict from phrase to number; NaN where an estimate is not finite.
+def measure_filters(geometry, seed, *, particles=PARTICLES, together=TOGETHER, draws=1):
+    """All measures in one geometry, two dicts from phrase to number: the value and its standard error.
 
     Parameters
     ----------
@@ -237,11 +244,24 @@ def measure_filters(geometry, seed, *, particles=PARTICLES, together=TOGETHER):
     seed : SeedSequence
     particles, together : int
         Of the particle filter, see `filtered`.
+    draws : int
+        How often the particle filter draws other random numbers, for the same bearings. The value is the
+        mean over the draws, NaN where an estimate is not finite; the standard error comes from their
+        scatter. It is zero for the other estimators, which draw nothing, and for a single draw.
     """
     circle, worst = seed.spawn(2)
-    options = dict(particles=particles, together=together)
     displaced = geometry.displaced(worse_perturbation(geometry))
-    with np.errstate(invalid="ignore"):
-        return circular_phrases(filtered(geometry, geometry.circle, circle, **options)) | worst_phrases(
-            filtered(geometry, displaced, worst, **options)
-        )
+    each = []
+    for draw in range(draws):
+        options = dict(particles=particles, together=together, draw=draw)
+        with np.errstate(invalid="ignore"):
+            each.append(
+                circular_phrases(filtered(geometry, geometry.circle, circle, **options))
+                | worst_phrases(filtered(geometry, displaced, worst, **options))
+            )
+    value, error = each[0].copy(), dict.fromkeys(each[0], 0.0)
+    if draws > 1:
+        for name in PARTICLE_PHRASES:
+            found = np.array([one[name] for one in each])
+            value[name], error[name] = float(found.mean()), float(found.std(ddof=1) / np.sqrt(draws))
+    return value, error

@@ -88,7 +88,7 @@ PHRASES = {
 
 
 def measure_phrases(geometry, seed, **options):
-    """All measures in one geometry, a dict from phrase to number.
+    """All measures in one geometry, two dicts from phrase to number: the value and its standard error.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def measure_phrases(geometry, seed, **options):
     **options
         Handed to `filters.measure_filters`.
     """
-    return {
+    value = {
         "BLS, circular target": measures.circular_error(geometry),
         "first order, circular target": measures.development_error(geometry),
         "information": measures.final_sigma(geometry),
@@ -108,16 +108,20 @@ def measure_phrases(geometry, seed, **options):
         "other models": measures.error_of_other_models(geometry),
         "BLS, periodic perturbation": measures.periodic_error(geometry),
         "manoeuvre": measures.error_of_the_best_weave(geometry),
-    } | filters.measure_filters(geometry, seed, **options)
+    }
+    filtered, error = filters.measure_filters(geometry, seed, **options)
+    return value | filtered, dict.fromkeys(value, 0.0) | error
 
 
-def judge_phrases(here, elsewhere, made_from):
+def judge_phrases(here, error, elsewhere, made_from):
     """Judge the phrases: in the reference geometry, with the share of random ones in which they hold.
 
     Parameters
     ----------
     here : dict
         Phrase to number, in the reference geometry.
+    error : dict
+        Phrase to the standard error of that number.
     elsewhere : dict
         Phrase to numbers ``(G,)``, in random geometries.
     made_from : sequence of Runs or Stream
@@ -128,7 +132,7 @@ def judge_phrases(here, elsewhere, made_from):
         among = phrase.holds(elsewhere[name])
         assumption = f"geometry assumed; holds in {among.sum()} of {len(among)} random ones"
         ours[name, "claim"] = Ours(
-            here[name], assumption=assumption, at_least=phrase.at_least, at_most=phrase.at_most,
-            note=f"{phrase.measure} ({phrase.where})",
+            here[name], error[name], assumption=assumption, note=f"{phrase.measure} ({phrase.where})",
+            at_least=phrase.at_least, at_most=phrase.at_most,
         )  # fmt: skip
     return judge(PAPER, TABLE, ours, made_from=made_from)
