@@ -91,3 +91,15 @@ def test_the_manifests_name_every_erratum_and_every_chapter():
 
 def test_shapes_of_the_public_example():
     assert np.shape(tmalib.transition([1.0, 2.0])) == (2, 4, 4)
+
+
+def test_every_module_of_the_library_is_in_the_reference():
+    page = (ROOT / "book" / "api.md").read_text(encoding="utf-8")
+    listed = set(re.findall(r"automodule:: (\S+)", page))
+    modules = {
+        path.relative_to(ROOT).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__")
+        for path in (ROOT / "tmalib").rglob("*.py")
+        if not {"papers", "judging"} & set(path.relative_to(ROOT).parts)
+    }
+    inner = {"tmalib", "tmalib.checks", "tmalib.ghosts.leg", "tmalib.ghosts.turn"}
+    assert listed == modules - inner

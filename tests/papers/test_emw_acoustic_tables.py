@@ -46,10 +46,8 @@ def test_printed_columns():
 
 def test_largest_agreeing_z_leaves_out_the_rejected():
     def claim(z, verdict):
-        return judging.Claim(
-            "emw-acoustic", "Table I", "xT", "std_ekf", "1", "m", "monte-carlo", 1.0, 0.1, z, 3.0, 0.1, 1.0,
-            verdict, "", "",
-        )  # fmt: skip
+        row = PAPER.printed("Table I", "xT", "std_ekf")
+        return judging.Claim(**vars(row), ours=1.0, se=0.1, z=z, verdict=verdict, erratum="", note="")
 
     found = [
         claim(None, judging.REPRODUCED),

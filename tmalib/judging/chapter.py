@@ -14,11 +14,11 @@ RUNS = "TMALIB_RUNS"  # variable of the environment: folder of the run store; wi
 
 
 def numbers(prefix, **values):
-    """Make numbers known to the sentences of the book: ``{glue:text}`PREFIX-NAME:.2f` ``.
+    """Make numbers known to the sentences of the book, which show them by the role ``glue:text``.
 
-    In a name ``_`` becomes ``-``. Several numbers under one name: a dict gives ``PREFIX-NAME-KEY``, a
-    sequence ``PREFIX-NAME-0``, ``-1`` and so on, also one within the other. Returns a table, for who opens
-    the chapter in Jupyter, where the sentences have holes.
+    A number is PREFIX-NAME, where ``_`` becomes ``-``. Several under one name: a dict gives PREFIX-NAME-KEY,
+    a sequence PREFIX-NAME-0, -1 and so on, also one within the other. Returns a table, for who opens the
+    chapter in Jupyter, where the sentences have holes.
     """
     from IPython.display import HTML
     from myst_nb import glue

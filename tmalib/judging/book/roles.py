@@ -1,11 +1,11 @@
-"""Numbers and verdicts of the ledger inside a sentence; one that the ledger does not have fails the build.
+"""Numbers and verdicts of the ledger inside a sentence; one that the ledger does not have fails the build::
 
-``{printed}`paper; table; row; column` ``: the number as printed.
-``{ours}`paper; table; row; column` ``: ours, with as many digits; or in a format, ``column; .1f``.
-``{verdict}`paper; table; row; column` ``: the verdict on one number.
-``{verdict}`words <paper; table>` ``: the words, which must be the verdict on every number meant.
-``{count}`paper; table` ``, ``{count}`paper; table; verdict` ``: how many numbers; how many with this verdict.
-``{deviation}`name` ``: a number of the figure of all deviations, see `tmalib.judging.deviations`.
+{printed}`paper; table; row; column`    the number as printed
+{ours}`paper; table; row; column`       ours, with as many digits; or in a format, `...; column; .1f`
+{verdict}`paper; table; row; column`    the verdict on one number
+{verdict}`words <paper; table>`         the words, which must be the verdict on every number meant
+{count}`paper; table`                   how many numbers; `paper; table; verdict`: with this verdict
+{deviation}`name`                       a number of the figure of all deviations
 """
 
 from docutils import nodes
