@@ -8,15 +8,21 @@ import sympy as sp
 
 import tmalib as tma
 from tmalib.ghosts import ghosts_of_two_legs
-from tmalib.papers.conical_angles import exact_search, rational, theorem_drawing, theorem_scenes
-from tmalib.papers.conical_angles.exact_search import CLASSES, RationalGeometry
+from tmalib.papers.conical_angles import (
+    exact_classes,
+    exact_search,
+    rational,
+    theorem_drawing,
+    theorem_scenes,
+)
+from tmalib.papers.conical_angles.exact_classes import CLASSES, RationalGeometry
 
 ARRAY = 100.0
 
 
 def geometries(name, count=12):
     rng = np.random.default_rng([3, list(CLASSES).index(name)])
-    return [exact_search.draw_geometry(name, rng) for _ in range(count)]
+    return [exact_classes.draw_geometry(name, rng) for _ in range(count)]
 
 
 # -- exact geometry ------------------------------------------------------------------------------------------
