@@ -18,7 +18,7 @@ def scenario():
     target = tma.Target((4e3, 5e3), speed=6.0, heading=2.5)
     radar = tma.Sensor(tma.Bearing(), np.arange(0, 601, 10.0), np.radians(0.5), "radar")
     sonar = tma.Sensor(tma.DelayedBearing(1500.0), np.arange(0, 601, 40.0), np.radians(0.7), "sonar")
-    return tma.Scenario(target, platform, [radar, sonar], reference_time=600.0)
+    return tma.Scenario(platform, [radar, sonar], reference_time=600.0, target=target)
 
 
 @pytest.fixture

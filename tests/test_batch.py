@@ -52,7 +52,7 @@ def test_charts_and_tolerance_do_not_move_the_minimum(scenario, runs):
     angles, start = runs
     sigma = tma.crlb_sigma(scenario)
     polar = tma.fit(scenario, angles, start, tolerance=1e-6)
-    cartesian = tma.fit(scenario, angles, scenario.state, chart=tma.Cartesian(), tolerance=1e-6)
+    cartesian = tma.fit(scenario, angles, scenario.state, chart=tma.Cartesian, tolerance=1e-6)
     loose = tma.fit(scenario, angles, start)
     np.testing.assert_allclose(cartesian.state / sigma, polar.state / sigma, atol=1e-4)
     np.testing.assert_allclose(loose.state / sigma, polar.state / sigma, atol=5e-3)
@@ -109,7 +109,7 @@ def test_safeguard_rescues_plain_gauss_newton():
     scenario = emw.scenario(6)
     angles = scenario.simulate(50, seed=2)
     start = tma.along_first_bearing(scenario, angles, 10e3)
-    plain = tma.fit(scenario, angles, start, chart=tma.Cartesian(), safeguard=False)
+    plain = tma.fit(scenario, angles, start, chart=tma.Cartesian, safeguard=False)
     safe = tma.fit(scenario, angles, start)
     far = tma.nees(plain.state, scenario.state, tma.crlb(scenario)) > 100
     assert safe.converged.all()
@@ -227,7 +227,7 @@ def test_large_residuals(seed):
     assert found.cost == pytest.approx(2 * peer.cost, rel=1e-6)
 
 
-@pytest.mark.parametrize("chart", [None, tma.Cartesian()])
+@pytest.mark.parametrize("chart", [None, tma.Cartesian])
 def test_an_estimate_that_runs_to_infinity_says_so(chart):
     """The criterion falls as the target recedes: the limit is a target at infinity."""
     geometry = off_the_model(16)
@@ -242,7 +242,7 @@ def test_a_start_on_the_platforms_path_does_not_stop_the_others(scenario):
     """The gradient is infinite there; the run fails, the one beside it does not."""
     measured = scenario.measure()
     on_path = [*scenario.platform.position_at(scenario.times[3]), 0.0, 0.0]
-    found = tma.fit(scenario, measured, [on_path, scenario.state * 1.01], chart=tma.Cartesian())
+    found = tma.fit(scenario, measured, [on_path, scenario.state * 1.01], chart=tma.Cartesian)
     assert not found.converged[0]
     assert found.converged[1]
 
@@ -251,12 +251,12 @@ def test_starts_without_information_do_not_stop_the_others():
     """Five bearings from a platform that does not turn: at some starts the equations are exactly singular."""
     platform = tma.Course((0, 0), 5.0, 1.0, [tma.Straight(100)])
     sensor = tma.Sensor(tma.Bearing(), np.linspace(0, 100, 5), 0.01)
-    scenario = tma.Scenario(tma.Target((3e3, 4e3), 5.0, 2.0), platform, [sensor], reference_time=100)
+    scenario = tma.Scenario(platform, [sensor], reference_time=100, target=tma.Target((3e3, 4e3), 5.0, 2.0))
     rng = np.random.default_rng(0)
     starts = np.concatenate([rng.normal(0, 1e4, (2000, 2)), rng.normal(0, 50, (2000, 2))], axis=1)
     starts[:5], starts[5] = 0.0, [*platform.position_at(100.0), 0.0, 0.0]
     starts[6:9] = [[0.0, 4e3, 0.0, 0.0], [1e-300, 1e3, 0.0, 0.0], [1e200, 1.0, 0.0, 0.0]]
-    for chart in (None, tma.Cartesian()):
+    for chart in (None, tma.Cartesian):
         for safeguard in (True, False):
             found = tma.fit(scenario, scenario.measure(), starts, chart=chart, safeguard=safeguard)
             assert set(found.reason) <= set(levenberg_marquardt.REASONS)

@@ -158,4 +158,4 @@ def test_a_target_faster_than_sound_is_refused():
     toward = tma.Target((1e3, 0.0), speed=2000.0, heading=-np.pi / 2)
     for target in (away, toward):
         with pytest.raises(ValueError, match="slower than"):
-            tma.Scenario(target, still, [sensor], reference_time=0.0)
+            tma.Scenario(still, [sensor], reference_time=0.0, target=target)

@@ -111,7 +111,7 @@ def array_scenario(**model):
     )
     target = tma.Target((5000, 7000), 4.0, np.radians(45), depth=100)
     sensor = tma.Sensor(tma.ConicalAngle(tma.BOTTOM_BOUNCE, ZO, D, **model), 4.0 * np.arange(201), 1.7e-2)
-    return tma.Scenario(target, platform, [sensor], reference_time=0.0)
+    return tma.Scenario(platform, [sensor], reference_time=0.0, target=target)
 
 
 def test_what_is_measured_does_not_know_what_is_assumed():

@@ -12,7 +12,9 @@ def scenario(legs, paths=(tma.BOTTOM_BOUNCE,)):
     times = np.arange(0.0, 601.0, 20.0)
     sensors = [tma.Sensor(tma.ConicalAngle(path, 200.0, 4000.0), times, 0.01) for path in paths]
     platform = tma.Course((0, 0), 5.0, 0.3, legs)
-    return tma.Scenario(tma.Target((5e3, 7e3), 4.0, 0.8, depth=100.0), platform, sensors, reference_time=0.0)
+    return tma.Scenario(
+        platform, sensors, reference_time=0.0, target=tma.Target((5e3, 7e3), 4.0, 0.8, depth=100.0)
+    )
 
 
 @pytest.mark.parametrize(

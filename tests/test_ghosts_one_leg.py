@@ -37,7 +37,7 @@ def scenario_of(
         position, speed * ahead + velocity[0] * right + velocity[1] * ahead, depth=depth
     )
     sensors = [tma.Sensor(tma.ConicalAngle(path, zo, bottom), times, 0.017) for path in paths]
-    return tma.Scenario(target, array, sensors, reference_time=0.0)
+    return tma.Scenario(array, sensors, reference_time=0.0, target=target)
 
 
 def geometry(rng, shape, paths, heading=None):

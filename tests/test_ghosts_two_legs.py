@@ -25,7 +25,7 @@ def build(p, velocity, headings=(0.3, 1.4), path=tma.DIRECT, depth=1.5, speed=1.
     times = np.concatenate([np.linspace(0, turn - 0.02, 9), np.linspace(turn + 0.02, turn + legs[1], 9)])
     sensor = tma.Sensor(tma.ConicalAngle(path, ARRAY, BOTTOM), times, 0.01)
     target = tma.Target.from_velocity(place + p, velocity, depth=depth, time=turn)
-    return tma.Scenario(target, course, [sensor], reference_time=turn)
+    return tma.Scenario(course, [sensor], reference_time=turn, target=target)
 
 
 def draw(kind, rng):

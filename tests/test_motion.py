@@ -59,7 +59,8 @@ def test_target_state_and_propagation_agree():
     np.testing.assert_allclose(moved[1], target.state(17.5))
     five = target.state(5.0, ("x", "y", "z", "vx", "vy"))
     np.testing.assert_allclose(
-        tma.transition(12.5, 5) @ five, target.state(17.5, ("x", "y", "z", "vx", "vy"))
+        tma.transition(12.5, ("x", "y", "z", "vx", "vy")) @ five,
+        target.state(17.5, ("x", "y", "z", "vx", "vy")),
     )
     np.testing.assert_allclose(tma.transition(12.5) @ target.state(5.0), moved[1])
 
@@ -96,7 +97,7 @@ def test_sampled_course_interpolates():
         (lambda: tma.SampledCourse([0, 1], [[0, 0]]), "positions must have shape"),
         (lambda: tma.SampledCourse([0, 1], [[0, 0], [1, 1]]).position_at(2.0), "outside the samples"),
         (lambda: tma.SampledCourse([0, 1], [[0, 0], [1, 1]]).heading_at(0.5), "no headings"),
-        (lambda: tma.transition(1.0, n=3), "n must be 4 or 5"),
+        (lambda: tma.transition(1.0, ("x", "y", "vx")), "a uniform motion needs"),
     ],
 )
 def test_bad_input(make, message):

@@ -23,7 +23,7 @@ class Linear:
         x, y, vx, vy = state
         a, b = self.row
         value = a * (x + lag * vx - site[0]) + b * (y + lag * vy - site[1])
-        return value, None
+        return value, np.zeros((4, *value.shape))  # no filter of particles needs it
 
     def residual(self, measured, predicted):
         return measured - predicted
@@ -42,7 +42,7 @@ def linear():
     target = tma.Target((130.0, 210.0), speed=6.0, heading=2.5)
     times = np.array([1.0, 2.0, 2.5, 4.0, 5.0, 7.0, 8.0])
     return tma.Scenario(
-        target, platform, [tma.Sensor(Linear(0), times, 20.0), tma.Sensor(Linear(1), times[::2], 15.0)], 8.0
+        platform, [tma.Sensor(Linear(0), times, 20.0), tma.Sensor(Linear(1), times[::2], 15.0)], 8.0, target
     )
 
 
@@ -104,7 +104,7 @@ def test_agrees_with_a_posterior_on_a_grid():
     """A target at rest on a known line, seen from a moving platform: its range by quadrature."""
     platform = tma.Course((0, 0), 10.0, np.pi / 2, [tma.Straight(100)])
     camera = tma.Sensor(tma.Bearing(), [20.0, 40.0, 60.0, 80.0], 0.1)
-    scenario = tma.Scenario(tma.Target((0.0, 2e3), 0.0, 0.0), platform, [camera], 80.0)
+    scenario = tma.Scenario(platform, [camera], 80.0, tma.Target((0.0, 2e3), 0.0, 0.0))
     measured = scenario.simulate(1, seed=5)[0]
     grid = np.linspace(500.0, 6000.0, 200_001)
     states = np.stack([0 * grid, grid, 0 * grid, 0 * grid], axis=-1)

@@ -4,10 +4,10 @@
 >>> platform = tma.Course((0, 0), speed=7, heading=np.pi / 2,
 ...     legs=[tma.Straight(200), tma.Turn(400, rate=-np.radians(20) / 60), tma.Straight(600)])
 >>> target = tma.Target((15e3, 18e3), speed=5, heading=np.radians(150))
->>> scenario = tma.Scenario(target, platform, [
+>>> scenario = tma.Scenario(platform, [
 ...     tma.Sensor(tma.Bearing(), times=np.arange(0, 1200, 1), sigma=np.radians(1)),
 ...     tma.Sensor(tma.DelayedBearing(c=1500), times=np.arange(0, 1200, 4), sigma=np.radians(1))],
-...     reference_time=1199)
+...     reference_time=1199, target=target)
 >>> tma.crlb_sigma(scenario).shape
 (4,)
 >>> angles = scenario.simulate(runs=500, seed=1)
@@ -35,11 +35,13 @@ from .cones import BOTTOM_BOUNCE, DIRECT, SURFACE_BOUNCE, ConicalAngle, RayPath,
 from .consistency import Consistency, compare_with_truth, fit_over_time
 from .curved import AcceleratedBearing, TurningBearing
 from .ghosts import admissible, find_ghosts
+from .models import check_model
 from .montecarlo import Runs, Source, Statistics, Stream, monte_carlo, statistics
 from .motion import Course, SampledCourse, Straight, Target, Turn
 from .particles import Cloud, ParticleTrack, cloud_along_first_bearing, sir
 from .recursive import Prior, Track, ekf, prior_along_first_bearing
-from .scenario import Scenario, Sensor
+from .scenario import Scenario
+from .sensors import Sensor
 from .uniform import propagate, transition
 
 __version__ = "0.1.0"
@@ -78,6 +80,7 @@ __all__ = [
     "along_first_bearing",
     "average_measurements",
     "bearing",
+    "check_model",
     "cloud_along_first_bearing",
     "compare_with_truth",
     "confidence_ellipse",

@@ -39,7 +39,7 @@ def average_measurements(scenario, angles, together):
     >>> import numpy as np, tmalib as tma
     >>> north = tma.Course((0, 0), speed=5, heading=0.0, legs=[tma.Straight(60)])
     >>> ear = tma.Sensor(tma.Bearing(), times=np.arange(60.0), sigma=0.02)
-    >>> scenario = tma.Scenario(tma.Target((3e3, 4e3), speed=4, heading=1.0), north, [ear], 59.0)
+    >>> scenario = tma.Scenario(north, [ear], 59.0, tma.Target((3e3, 4e3), speed=4, heading=1.0))
     >>> fewer, means = average_measurements(scenario, scenario.simulate(runs=3, seed=1), together=4)
     >>> means.shape, fewer.sensors[0].sigma
     ((3, 15), 0.01)
@@ -47,7 +47,8 @@ def average_measurements(scenario, angles, together):
     angles = scenario.check_measurements(angles)
     together = check_count("together", together)
     sensors, means = [], []
-    for sensor, columns, _, _ in scenario.blocks:
+    for block in scenario.blocks:
+        sensor, columns = block.sensor, block.columns
         if len(sensor) % together:
             raise ValueError(
                 f"the {len(sensor)} measurements of {sensor.name} cannot be divided into means of {together}"

@@ -18,6 +18,7 @@ import numpy as np
 from . import levenberg_marquardt
 from .charts import Cartesian, ModifiedPolar
 from .checks import check_count, check_scalar
+from .uniform import BENDING, PLANE, moving_pairs
 
 BLOCK_ELEMENTS = 72_000  # runs x measurements of the largest sensor: about 600 kB an array
 
@@ -47,11 +48,24 @@ class Fit:
     cost: np.ndarray
 
 
-def along_first_bearing(scenario, angles, range):
+def first_bearing(scenario):
+    """Column of the earliest measurement that is a bearing, and the platform of its sensor.
+
+    Of two at the same time the first sensor's. `ValueError` if no sensor measures bearings.
+    """
+    found = [block for block in scenario.blocks if getattr(block.sensor.model, "is_bearing", False)]
+    if not found:
+        names = [sensor.name for sensor in scenario.sensors]
+        raise ValueError(f"a start along a bearing needs a sensor that measures bearings, got {names}")
+    block = min(found, key=lambda block: block.sensor.times[0])
+    return block.columns.start, scenario.platform_of(block.sensor)
+
+
+def along_first_bearing(scenario, angles, range, others=None):
     """Start at rest at a chosen range along the first bearing of each run.
 
     ``X_init = r_init [sin theta(t_1), cos theta(t_1), 0, 0]`` from the platform's position at t_1, the
-    earliest time at which a measurement was taken.
+    earliest time at which a bearing was taken.
 
     Parameters
     ----------
@@ -59,26 +73,30 @@ def along_first_bearing(scenario, angles, range):
     angles : array_like, shape (..., N)
     range : float
         In metres, positive.
+    others : dict, optional
+        Name of every unknown besides position and velocity to its value.
 
     Returns
     -------
-    ndarray, shape (..., 4)
+    ndarray, shape (..., n)
 
     Notes
     -----
-    Source: `emw-acoustic`, Section V. Of two measurements at t_1 the first sensor's is used.
+    Source: `emw-acoustic`, Section V. Of two bearings at t_1 the first sensor's is used.
     """
-    angles = scenario.check_measurements(angles)
+    angles, others = scenario.check_measurements(angles), others or {}
     range = check_scalar("range", range, above=0.0)
-    if scenario.coordinates != ("x", "y", "vx", "vy"):
-        raise ValueError(
-            f"a start along a bearing needs the state (x, y, vx, vy), got {scenario.coordinates}"
-        )
-    first = int(np.argmin(scenario.times))
-    here = scenario.platform.position_at(scenario.times[first])
+    missing = set(scenario.coordinates) - set(PLANE)
+    if missing != others.keys():
+        raise ValueError(f"others must have the unknowns {sorted(missing)}, got {sorted(others)}")
+    (first, platform), (places, _) = first_bearing(scenario), moving_pairs(scenario.coordinates)
     theta = angles[..., first]
-    rest = np.zeros_like(theta)
-    return np.stack([here[0] + range * np.sin(theta), here[1] + range * np.cos(theta), rest, rest], axis=-1)
+    start = np.zeros((*theta.shape, len(scenario.coordinates)))
+    here = platform.position_at(scenario.times[first])
+    start[..., places] = here + range * np.stack([np.sin(theta), np.cos(theta)], axis=-1)
+    for name, value in others.items():
+        start[..., scenario.coordinates.index(name)] = check_scalar(name, value)
+    return start
 
 
 def fit(scenario, angles, start, *, chart=None, safeguard=True, tolerance=1e-2, max_iterations=100):
@@ -92,9 +110,10 @@ def fit(scenario, angles, start, *, chart=None, safeguard=True, tolerance=1e-2, 
         Measurements, in the scenario's order.
     start : array_like, shape (..., n)
         First guess(es) of the state at the reference time; broadcasts against the runs.
-    chart : chart, optional
-        Coordinates in which the steps are taken (see `tmalib.charts`). The default is modified polar
-        about the platform for the state ``(x, y, vx, vy)`` and Cartesian for any other.
+    chart : callable, optional
+        Coordinates in which the steps are taken, about the platform at the reference time: `ModifiedPolar` or
+        `Cartesian` (see `tmalib.charts`). The default is the former, and the latter for a state with a depth
+        or without position and velocity.
     safeguard : bool
         `False` gives plain Gauss-Newton: every step is taken, whatever it does to the criterion.
     tolerance : float
@@ -116,13 +135,13 @@ def fit(scenario, angles, start, *, chart=None, safeguard=True, tolerance=1e-2, 
     Notes
     -----
     Source: `emw-acoustic`, Section IV.A, which prints plain Gauss-Newton in Cartesian coordinates:
-    ``fit(..., chart=Cartesian(), safeguard=False)``.
+    ``fit(..., chart=Cartesian, safeguard=False)``.
     """
     angles = scenario.check_measurements(angles)
     start = scenario.check_state(start)
     tolerance = check_scalar("tolerance", tolerance, above=0.0)
     max_iterations = check_count("max_iterations", max_iterations)
-    settings = (chart or default_chart(scenario), safeguard, tolerance, max_iterations)
+    settings = (chart_of(scenario, chart), safeguard, tolerance, max_iterations)
     shape = np.broadcast_shapes(angles.shape[:-1], start.shape[:-1])
     angles = np.broadcast_to(angles, (*shape, angles.shape[-1])).reshape(-1, angles.shape[-1])
     start = np.broadcast_to(start, (*shape, start.shape[-1])).reshape(-1, start.shape[-1])
@@ -181,9 +200,12 @@ def distinct_minima(scenario, angles, starts, *, separation=0.1, **options):
     return np.array(states).reshape(-1, n), np.array(costs), np.array(hits, dtype=int)
 
 
-def default_chart(scenario):
-    """Modified polar about the platform at the reference time if the state is ``(x, y, vx, vy)``."""
-    if scenario.coordinates != ("x", "y", "vx", "vy"):
-        return Cartesian()
+def chart_of(scenario, chart=None):
+    """A chart about the platform at the measurement nearest to the reference time; the default of `fit`."""
+    if chart is None:
+        flat = set(PLANE) <= set(scenario.coordinates) and not {"z", *BENDING} & set(scenario.coordinates)
+        chart = ModifiedPolar if flat else Cartesian
+    if not callable(chart):
+        raise ValueError(f"chart must be a class such as ModifiedPolar or Cartesian, got {chart!r}")
     nearest = scenario.times[np.argmin(np.abs(scenario.times - scenario.reference_time))]
-    return ModifiedPolar(scenario.platform.position_at(nearest))
+    return chart(scenario.platform.position_at(nearest), scenario.coordinates)

@@ -21,20 +21,7 @@ With ``(sin, cos)`` the direction of the emission point, ``R = c tau`` its range
     d theta / dx = (cos + q sin) / R,      d theta / dvx = (s - tau) d theta / dx,
     d theta / dy = (-sin + q cos) / R,     d theta / dvy = (s - tau) d theta / dy.
 
-A *measurement model* is an object with
-
-``coordinates``
-    names of the state's components, in order;
-``observer_state(platform, times)``
-    what the model has to know of the platform, an array ``(k, N)``;
-``value_and_gradient(state, observer, elapsed)``
-    value and gradient, elementwise: ``state`` is a sequence of n arrays that broadcast against the rows of
-    ``observer`` and against ``elapsed``, the seconds since the reference time; returns the value and its
-    gradient, components first;
-``residual(measured, predicted)``
-    measured minus predicted, wrapped where the measurement is an angle;
-``observe(target, platform, times)``
-    the noise-free measurement of any motion, one that leaves the model included.
+Both are measurement models (see `tmalib.models`).
 
 Angles are in radians, clockwise from north; metres, seconds.
 """
@@ -48,6 +35,7 @@ import numpy as np
 from .checks import check_scalar
 
 TWO_PI = 2 * np.pi
+TOUCHING = 1e-6  # metres: a target nearer than this is on the platform and has no bearing
 
 
 def wrap(angle):
@@ -59,6 +47,11 @@ def bearing(displacement):
     """Bearing ``atan2(dx, dy)`` of displacements ``(..., 2)``, in radians clockwise from north."""
     displacement = np.asarray(displacement, dtype=float)
     return np.arctan2(displacement[..., 0], displacement[..., 1])
+
+
+def bearing_unless_touching(displacement):
+    """`bearing`, NaN for a target on the platform, which has none."""
+    return np.where(np.hypot(*np.moveaxis(displacement, -1, 0)) > TOUCHING, bearing(displacement), np.nan)
 
 
 def propagation_delay(displacement, velocity, c):
@@ -124,6 +117,7 @@ class _Angle:
     """What the two bearing models share."""
 
     coordinates = ("x", "y", "vx", "vy")
+    is_bearing = True
 
     def observer_state(self, platform, times):
         """Position of the platform, shape ``(2, N)``."""
@@ -149,7 +143,7 @@ class Bearing(_Angle):
 
     def observe(self, target, platform, times):
         """Bearing of the target at the ``times``, in radians, shape ``(N,)``."""
-        return bearing(target.position_at(times) - platform.position_at(times))
+        return bearing_unless_touching(target.position_at(times) - platform.position_at(times))
 
 
 @dataclass(frozen=True)
@@ -195,5 +189,5 @@ class DelayedBearing(_Angle):
             gap = target.position_at(times - tau) - here
             before, tau = tau, np.hypot(gap[..., 0], gap[..., 1]) / self.c
             if np.max(np.abs(tau - before), initial=0.0) <= tolerance * (1 + np.max(tau, initial=0.0)):
-                return bearing(target.position_at(times - tau) - here)
+                return bearing_unless_touching(target.position_at(times - tau) - here)
         raise ValueError(f"no propagation delay found for c = {self.c} m/s: is the target slower than sound?")

@@ -9,24 +9,30 @@ origin ``o`` separate what bearings show at once from what they show late::
 
 bearing, inverse range, and the radial and the transverse velocity divided by range. The direction to
 the target from a platform that has moved by ``m`` is that of ``u + s (a u + b u') - rho m``, which is
-linear in all but the bearing. Gauss-Newton from a start of the wrong range then needs fewer steps and
-seldom fails.
+linear in all but the bearing. Gauss-Newton from a start of the wrong range then needs fewer steps.
 
-A chart has ``from_state``, ``to_state`` and ``jacobian``, all over leading batch axes.
+A chart is made for an origin and the names of a state: ``chart(origin, coordinates)``, and has
+``from_state``, ``to_state``, ``jacobian`` and ``inverse_jacobian``, all over leading batch axes. Components
+of the state other than ``x, y, vx, vy`` stay what they are.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from .checks import check_array, set_fields
+from .uniform import PLANE, moving_pairs
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cartesian:
-    """The state itself: steps are taken in metres and metres per second."""
+    """The state itself: steps are taken in metres and metres per second. Takes the arguments of a chart."""
+
+    origin: object = None
+    coordinates: tuple = PLANE
 
     def from_state(self, state):
         return state
@@ -38,15 +44,26 @@ class Cartesian:
         """Derivative of the state with respect to the chart's coordinates, ``(..., n, n)``."""
         return np.broadcast_to(np.eye(point.shape[-1]), (*point.shape, point.shape[-1]))
 
+    inverse_jacobian = jacobian
+
 
 @dataclass(frozen=True, eq=False)
 class ModifiedPolar:
     """Bearing (rad), inverse range (1/m), radial and transverse velocity over range (1/s).
 
+    They take the places of ``x, y, vx, vy`` in the state.
+
     Parameters
     ----------
     origin : array_like, shape (2,)
         Usually the platform's position at the reference time, in metres.
+    coordinates : sequence of str
+        Names of the state's components, in order.
+
+    Raises
+    ------
+    ValueError
+        For a state without position and velocity in the plane.
 
     Notes
     -----
@@ -54,52 +71,76 @@ class ModifiedPolar:
     """
 
     origin: np.ndarray
+    coordinates: tuple = PLANE
 
     def __post_init__(self):
-        set_fields(self, origin=check_array("origin", self.origin, (2,)))
+        set_fields(self, origin=check_array("origin", self.origin, (2,)), coordinates=tuple(self.coordinates))
+        moving_pairs(self.coordinates)
+
+    @cached_property
+    def places(self):
+        """Where x, y, vx and vy stand in the state."""
+        return np.concatenate(moving_pairs(self.coordinates))
+
+    def _parts(self, point):
+        return np.moveaxis(np.asarray(point, dtype=float)[..., self.places], -1, 0)
+
+    def _with(self, state, parts):
+        """The state with these four parts in their places."""
+        if len(self.coordinates) == 4 and self.coordinates == PLANE:
+            return np.stack(parts, axis=-1)
+        changed = np.array(state, dtype=float)
+        changed[..., self.places] = np.stack(parts, axis=-1)
+        return changed
+
+    def _spread(self, block):
+        """A ``(..., 4, 4)`` matrix of the four components as one of the whole state."""
+        n = len(self.coordinates)
+        if self.coordinates == PLANE:
+            return block
+        whole = np.zeros((*block.shape[:-2], n, n))
+        whole[..., np.arange(n), np.arange(n)] = 1.0
+        whole[..., self.places[:, None], self.places] = block
+        return whole
 
     def from_state(self, state):
-        """Coordinates ``(..., 4)`` of states ``(x, y, vx, vy)``; not finite for a target at the origin."""
-        x, y, vx, vy = np.moveaxis(np.asarray(state, dtype=float), -1, 0)
+        """Coordinates ``(..., n)`` of states ``(..., n)``; not finite for a target at the origin."""
+        x, y, vx, vy = self._parts(state)
         dx, dy = x - self.origin[0], y - self.origin[1]
         with np.errstate(divide="ignore", invalid="ignore"):
             rho = 1 / np.hypot(dx, dy)
             radial = (vx * dx + vy * dy) * rho**2
             transverse = (vx * dy - vy * dx) * rho**2
-        return np.stack([np.arctan2(dx, dy), rho, radial, transverse], axis=-1)
+        return self._with(state, [np.arctan2(dx, dy), rho, radial, transverse])
 
     def to_state(self, point):
-        """States ``(..., 4)``; NaN where the inverse range is not positive."""
-        theta, rho, radial, transverse = np.moveaxis(np.asarray(point, dtype=float), -1, 0)
+        """States ``(..., n)``; NaN where the inverse range is not positive."""
+        theta, rho, radial, transverse = self._parts(point)
         sin, cos = np.sin(theta), np.cos(theta)
         r = 1 / np.where(rho > 0, rho, np.nan)
         x = self.origin[0] + r * sin
         y = self.origin[1] + r * cos
-        return np.stack(
-            [x, y, r * (radial * sin + transverse * cos), r * (radial * cos - transverse * sin)], axis=-1
+        return self._with(
+            point, [x, y, r * (radial * sin + transverse * cos), r * (radial * cos - transverse * sin)]
         )
 
     def jacobian(self, point):
-        """Derivative of the state with respect to ``(theta, rho, a, b)``, shape ``(..., 4, 4)``."""
-        theta, rho, radial, transverse = np.moveaxis(np.asarray(point, dtype=float), -1, 0)
+        """Derivative of the state with respect to the chart's coordinates, shape ``(..., n, n)``."""
+        theta, rho, radial, transverse = self._parts(point)
         sin, cos = np.sin(theta), np.cos(theta)
         r = 1 / np.where(rho > 0, rho, np.nan)
         vx, vy = r * (radial * sin + transverse * cos), r * (radial * cos - transverse * sin)
         slope = np.zeros((*theta.shape, 4, 4))
         slope[..., 0, 0], slope[..., 1, 0], slope[..., 2, 0], slope[..., 3, 0] = r * cos, -r * sin, vy, -vx
-        slope[..., 0, 1], slope[..., 1, 1], slope[..., 2, 1], slope[..., 3, 1] = (
-            -r * r * sin,
-            -r * r * cos,
-            -r * vx,
-            -r * vy,
-        )
+        slope[..., 0, 1], slope[..., 1, 1] = -r * r * sin, -r * r * cos
+        slope[..., 2, 1], slope[..., 3, 1] = -r * vx, -r * vy
         slope[..., 2, 2], slope[..., 3, 2] = r * sin, r * cos
         slope[..., 2, 3], slope[..., 3, 3] = r * cos, -r * sin
-        return slope
+        return self._spread(slope)
 
     def inverse_jacobian(self, point):
-        """Derivative of ``(theta, rho, a, b)`` with respect to the state, shape ``(..., 4, 4)``."""
-        theta, rho, radial, transverse = np.moveaxis(np.asarray(point, dtype=float), -1, 0)
+        """Derivative of the chart's coordinates with respect to the state, shape ``(..., n, n)``."""
+        theta, rho, radial, transverse = self._parts(point)
         sin, cos = np.sin(theta), np.cos(theta)
         rho = np.where(rho > 0, rho, np.nan)
         slope = np.zeros((*theta.shape, 4, 4))
@@ -110,4 +151,4 @@ class ModifiedPolar:
         slope[..., 3, 1] = rho * (radial * sin - transverse * cos)
         slope[..., 2, 2], slope[..., 2, 3] = rho * sin, rho * cos
         slope[..., 3, 2], slope[..., 3, 3] = rho * cos, -rho * sin
-        return slope
+        return self._spread(slope)

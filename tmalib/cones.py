@@ -23,7 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .bearings import displacement
+from .bearings import TOUCHING, displacement
 from .checks import check_scalar
 
 
@@ -180,4 +180,6 @@ class ConicalAngle:
             raise ValueError("a conical angle needs the target's depth; give Target(depth=...)")
         dx, dy = (target.position_at(times) - platform.position_at(times)).T
         _, _, sin, cos = self.observer_state(platform, times)
-        return (dx * sin + dy * cos) / np.sqrt(dx**2 + dy**2 + self._zeta(target.depth) ** 2)
+        distance = np.sqrt(dx**2 + dy**2 + self._zeta(target.depth) ** 2)
+        far = distance > TOUCHING  # a target right above the array has a cosine, one in it has none
+        return np.where(far, dx * sin + dy * cos, np.nan) / np.where(far, distance, 1.0)

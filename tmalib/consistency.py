@@ -57,7 +57,7 @@ def fit_over_time(scenario, angles, times, start):
     >>> import numpy as np, tmalib as tma
     >>> course = tma.Course((0, 0), 8, 0.0, [tma.Straight(60), tma.Turn(60, 0.02), tma.Straight(60)])
     >>> ear = tma.Sensor(tma.Bearing(), times=np.arange(181.0), sigma=0.01)
-    >>> scenario = tma.Scenario(tma.Target((3e3, 4e3), speed=5, heading=1.0), course, [ear], 180.0)
+    >>> scenario = tma.Scenario(course, [ear], 180.0, tma.Target((3e3, 4e3), speed=5, heading=1.0))
     >>> angles = scenario.simulate(runs=5, seed=1)
     >>> track = fit_over_time(scenario, angles, [120, 180], start=scenario.state)
     >>> compare_with_truth(scenario, track).nees.shape

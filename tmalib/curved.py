@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .bearings import bearing, wrap
+from .bearings import bearing_unless_touching, wrap
 
 
 class _CurvedBearing:
@@ -35,7 +35,7 @@ class _CurvedBearing:
         return wrap(measured - predicted)
 
     def observe(self, target, platform, times):
-        return bearing(target.position_at(times) - platform.position_at(times))
+        return bearing_unless_touching(target.position_at(times) - platform.position_at(times))
 
     def position_criterion(self, state, elapsed):
         """Derivative of the position ``elapsed`` seconds after the reference time, shape ``(2, n)``."""

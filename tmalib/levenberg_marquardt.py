@@ -35,14 +35,14 @@ REASONS = (CONVERGED, NOT_FINITE, NO_DESCENT, TOO_LONG, TOO_FAR)
 
 
 def repeat_for_runs(scenario, runs):
-    """Sensors, columns, observer and elapsed times, the last two repeated for every run of a block.
+    """The scenario's blocks with observer and elapsed times repeated for every run.
 
     NumPy pays a third of a microsecond for each row of a broadcast; arrays of one shape are free of it.
     """
     np.empty(1 << 21)  # glibc: one large array freed, and small ones are no longer returned to the system
     return [
-        (sensor, columns, np.tile(observer, (1, runs)), np.tile(elapsed, runs))
-        for sensor, columns, observer, elapsed in scenario.blocks
+        block._replace(observer=np.tile(block.observer, (1, runs)), elapsed=np.tile(block.elapsed, runs))
+        for block in scenario.blocks
     ]
 
 
@@ -66,7 +66,7 @@ def minimise(blocks, angles, start, chart, safeguard, tolerance, max_iterations)
     origin = chart.from_state(start)
     active = np.flatnonzero(np.isfinite(angles).all(axis=-1) & np.isfinite(origin).all(axis=-1))
     trial = origin[active]
-    measured = [angles[active, columns] for _, columns, _, _ in blocks]
+    measured = [angles[active, block.columns] for block in blocks]
     best, best_cost, damping = trial, np.full(len(active), np.inf), np.zeros(len(active))
     matrix, slope = np.zeros((len(active), n, n)), np.zeros((len(active), n))
     for evaluations in range(1, max_iterations + 1):
@@ -113,10 +113,10 @@ def _normal_equations(blocks, measured, point, chart):
     cost, slope, matrix = np.zeros(runs), np.zeros((n, runs)), np.zeros((n, n, runs))
     with np.errstate(all="ignore"):  # a state outside the model's domain gives NaN and is refused
         state = chart.to_state(point).T
-        for (sensor, _, observer, elapsed), angles in zip(blocks, measured, strict=True):
-            size = angles.size
-            value, gradient = sensor.model.value_and_gradient(
-                np.repeat(state, angles.shape[1], axis=1), observer[:, :size], elapsed[:size]
+        for block, angles in zip(blocks, measured, strict=True):
+            size, sensor = angles.size, block.sensor
+            value, gradient = block.predict(
+                np.repeat(state, angles.shape[1], axis=1), block.observer[:, :size], block.elapsed[:size]
             )
             residual = sensor.model.residual(angles, value.reshape(angles.shape))
             gradient = gradient.reshape(n, *angles.shape)

@@ -34,7 +34,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .checks import check_array, check_count, check_scalar, set_fields
-from .scenario import in_order_of_time
+from .sensors import in_order_of_time
 
 FEW_FAMILIES = 10  # the spread of so many independent draws is known to 1 / sqrt(2 10), 22 per cent
 
@@ -263,8 +263,9 @@ def _move(state, noise, step, beta):
 def _weights(state, group):
     """Normalised weights ``(N,)``, and the logarithm of their mean before that: a density."""
     log_weight, constant = 0.0, 0.0
-    for sensor, observer, elapsed, measured in group:
-        value, _ = sensor.model.value_and_gradient(state, observer, elapsed * 0.0)  # the state is that of now
+    for block, observer, elapsed, measured in group:
+        value, _ = block.predict(state, observer, elapsed * 0.0)  # the state is that of now
+        sensor = block.sensor
         residual = sensor.model.residual(measured, value)
         residual /= sensor.sigma
         residual *= residual

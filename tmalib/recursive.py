@@ -30,10 +30,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .batch import along_first_bearing
+from .batch import along_first_bearing, first_bearing
 from .checks import check_scalar
-from .scenario import in_order_of_time
-from .uniform import propagate, transition
+from .sensors import in_order_of_time
+from .uniform import moving_pairs, propagate, transition
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class Prior:
     time: float
 
 
-def prior_along_first_bearing(scenario, angles, range, range_sigma, velocity_sigma):
+def prior_along_first_bearing(scenario, angles, range, range_sigma, velocity_sigma, others=None):
     """`Prior` of each run: at rest on the first bearing, at ``range``, more or less.
 
     Parameters
@@ -77,28 +77,35 @@ def prior_along_first_bearing(scenario, angles, range, range_sigma, velocity_sig
     scenario : Scenario
     angles : array_like, shape (..., N)
     range, range_sigma : float
-        Mean and standard deviation of the range at the first measurement, in metres.
+        Mean and standard deviation of the range at the first bearing, in metres.
     velocity_sigma : float
         Standard deviation of each component of the velocity, whose mean is zero, in m/s.
+    others : dict, optional
+        Name of every further unknown to its mean and standard deviation.
 
     Returns
     -------
     Prior
-        At the time of the first measurement, which it uses up. Across the bearing the standard deviation
+        At the time of the first bearing, which it uses up. Across the bearing the standard deviation
         is ``range`` times the bearing's. In modified polar coordinates about the platform this is a
         diagonal covariance: ``sigma``, ``range_sigma / range^2`` and twice ``velocity_sigma / range``.
     """
-    mean = along_first_bearing(scenario, angles, range)
+    others = others or {}
+    mean = along_first_bearing(scenario, angles, range, {name: value for name, (value, _) in others.items()})
     range_sigma = check_scalar("range_sigma", range_sigma, above=0.0)
     velocity_sigma = check_scalar("velocity_sigma", velocity_sigma, above=0.0)
-    first = int(np.argmin(scenario.times))
+    first, _ = first_bearing(scenario)
     theta = np.asarray(angles, dtype=float)[..., first]
     axes = np.stack([np.sin(theta), np.cos(theta), np.cos(theta), -np.sin(theta)], axis=-1)
     axes = axes.reshape(*theta.shape, 2, 2)  # rows: along and across the bearing
     spread = np.array([range_sigma, range * scenario.sigma[first]])
-    covariance = np.zeros((*theta.shape, 4, 4))
-    covariance[..., :2, :2] = axes.mT @ (spread[:, None] ** 2 * axes)
-    covariance[..., 2, 2] = covariance[..., 3, 3] = velocity_sigma**2
+    names = scenario.coordinates
+    places, speeds = moving_pairs(names)
+    covariance = np.zeros((*theta.shape, len(names), len(names)))
+    covariance[..., places[:, None], places] = axes.mT @ (spread[:, None] ** 2 * axes)
+    covariance[..., speeds, speeds] = velocity_sigma**2
+    for name, (_, sigma) in others.items():
+        covariance[..., names.index(name), names.index(name)] = check_scalar(name, sigma, above=0.0) ** 2
     return Prior(mean, covariance, float(scenario.times[first]))
 
 
@@ -116,8 +123,9 @@ def ekf(scenario, angles, prior, record=None, chart=None):
         Times at which to keep the estimate; measurements at a recorded time are used first. The
         default is the reference time alone.
     chart : callable, optional
-        ``chart(platform position)`` makes the coordinates in which an update is a straight step; with
-        `ModifiedPolar` this is the filter in modified polar coordinates. The default is Cartesian.
+        Coordinates in which an update is a straight step, about the platform at the time (see
+        `tmalib.charts`); with `ModifiedPolar` this is the filter in modified polar coordinates. The default
+        is Cartesian.
 
     Returns
     -------
@@ -128,8 +136,8 @@ def ekf(scenario, angles, prior, record=None, chart=None):
     Raises
     ------
     ValueError
-        For wrong shapes, a covariance that is not symmetric and positive definite, or a chart and a state
-        other than ``(x, y, vx, vy)``.
+        For wrong shapes, a covariance that is not symmetric and positive definite, or a state whose motion is
+        not uniform.
 
     Notes
     -----
@@ -137,8 +145,6 @@ def ekf(scenario, angles, prior, record=None, chart=None):
     Aidala and Hammel (1983). Their rates are of the relative motion, those of `ModifiedPolar` the target's.
     """
     angles = scenario.check_measurements(angles)
-    if chart is not None and scenario.coordinates != ("x", "y", "vx", "vy"):
-        raise ValueError(f"a chart needs the state (x, y, vx, vy), got {scenario.coordinates}")
     record = np.atleast_1d(np.asarray(scenario.reference_time if record is None else record, dtype=float))
     if np.any(np.diff(record) <= 0) or not np.all(np.isfinite(record)):
         raise ValueError(f"record must be finite and strictly increasing, got {record}")
@@ -158,14 +164,16 @@ def ekf(scenario, angles, prior, record=None, chart=None):
                 taken += 1
             moved, p = _update(x, p, [(*where, measured[column]) for column, *where in group])
             if chart is not None:
-                here = chart(scenario.platform.position_at(time))
+                platform = scenario.platform_of(group[0][1].sensor)
+                here = chart(platform.position_at(time), scenario.coordinates)
                 moved, p = _straight_in(here, x, moved, p, time - scenario.reference_time)
             x = moved
     kept_x[taken:], kept_p[taken:] = x, p
 
     elapsed = record - scenario.reference_time
-    phi = transition(elapsed, n)
-    state = propagate(np.moveaxis(kept_x, -1, 0), elapsed).reshape(*shape, len(record), n)
+    phi = transition(elapsed, scenario.coordinates)
+    state = propagate(np.moveaxis(kept_x, -1, 0), elapsed, scenario.coordinates)
+    state = state.reshape(*shape, len(record), n)
     claimed = (phi @ np.moveaxis(kept_p, -1, 0) @ phi.mT).reshape(*shape, len(record), n, n)
     finite = np.isfinite(state).all(axis=(-1, -2)) & np.isfinite(claimed).all(axis=(-1, -2, -3))
     return Track(record, state, claimed, finite)
@@ -182,15 +190,16 @@ def _prior_at_reference(scenario, prior):
     if np.any(np.linalg.eigvalsh(covariance) <= 0):
         raise ValueError("prior covariance must be positive definite")
     elapsed = scenario.reference_time - check_scalar("prior time", prior.time)
-    phi = transition(elapsed, n)
-    return propagate(mean, elapsed), phi @ covariance @ phi.T
+    phi = transition(elapsed, scenario.coordinates)
+    return propagate(mean, elapsed, scenario.coordinates), phi @ covariance @ phi.T
 
 
 def _update(x, p, group):
     """Joint update of states ``(n, runs)`` and covariances ``(n, n, runs)`` by scalar steps."""
     predicted = x
-    for sensor, observer, elapsed, measured in group:
-        value, h = sensor.model.value_and_gradient(predicted, observer, elapsed)
+    for block, observer, elapsed, measured in group:
+        value, h = block.predict(predicted, observer, elapsed)
+        sensor = block.sensor
         innovation = sensor.model.residual(measured, value)
         if x is not predicted:
             innovation = innovation - np.sum(h * (x - predicted), axis=0)
@@ -203,10 +212,11 @@ def _update(x, p, group):
 
 def _straight_in(chart, x, moved, p, elapsed):
     """The step from ``x`` to ``moved`` made straight in the chart's coordinates; the covariance follows."""
-    phi, back = transition(elapsed), transition(-elapsed)
-    point = chart.from_state(propagate(x.T, elapsed))
+    names = chart.coordinates
+    phi, back = transition(elapsed, names), transition(-elapsed, names)
+    point = chart.from_state(propagate(x.T, elapsed, names))
     before = chart.inverse_jacobian(point)
     point = point + np.vecdot(before @ phi, np.ascontiguousarray((moved - x).T)[:, None, :])
     turn = back @ chart.jacobian(point) @ before @ phi
     p = turn @ np.ascontiguousarray(np.moveaxis(p, -1, 0)) @ turn.mT
-    return propagate(chart.to_state(point), -elapsed).T, np.moveaxis(p, 0, -1)
+    return propagate(chart.to_state(point), -elapsed, names).T, np.moveaxis(p, 0, -1)

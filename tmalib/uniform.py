@@ -1,35 +1,68 @@
-"""Uniform motion of a state vector: how ``(x, y, vx, vy)`` at one time becomes that at another.
+"""Uniform motion of a state vector: how the state at one time becomes that at another.
 
-``Phi(T) = [[I, T I], [0, I]]`` with the 2x2 identity; a depth between position and velocity stays.
+``x(t + T) = x + T vx``, ``y(t + T) = y + T vy``; a depth and any further unknown (a bias, a base frequency)
+do not change. Components are found by name, in any order.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+POSITION, VELOCITY = ("x", "y"), ("vx", "vy")
+PLANE = (*POSITION, *VELOCITY)
+KINEMATIC = ("x", "y", "z", "vx", "vy")
+BENDING = ("ax", "ay", "rate")  # unknowns with which a motion is not uniform
 
-def transition(duration, n=4):
+
+def moving_pairs(coordinates):
+    """Indices of the positions and of the velocities that move them, each ``(2,)``.
+
+    `ValueError` for a state without position and velocity, and for one whose motion is not uniform.
+    """
+    missing = [name for name in PLANE if name not in coordinates]
+    bending = [name for name in coordinates if name in BENDING]
+    if missing or bending:
+        raise ValueError(
+            f"a uniform motion needs the components {PLANE} and none of {BENDING}, got {tuple(coordinates)}"
+        )
+    return tuple(np.array([coordinates.index(name) for name in names]) for names in (POSITION, VELOCITY))
+
+
+def transition(duration, coordinates=PLANE):
     """Transition matrix ``Phi`` of a constant velocity state over ``duration`` seconds.
 
-    Shape ``duration.shape + (n, n)``; ``n`` is 4 for ``(x, y, vx, vy)`` and 5 with the depth.
+    Parameters
+    ----------
+    duration : array_like, shape (...)
+    coordinates : sequence of str
+        Names of the state's components, in order.
+
+    Returns
+    -------
+    ndarray, shape (..., n, n)
+
+    Notes
+    -----
     Source: `emw-acoustic`, equation (1).
+
+    Examples
+    --------
+    >>> transition(2.0, ("x", "y", "f0", "vx", "vy"))[0]
+    array([1., 0., 0., 2., 0.])
     """
-    if n not in (4, 5):
-        raise ValueError(f"n must be 4 or 5, got {n}")
-    duration = np.asarray(duration, dtype=float)
+    places, speeds = moving_pairs(coordinates)
+    duration, n = np.asarray(duration, dtype=float), len(coordinates)
     phi = np.zeros((*duration.shape, n, n))
     phi[..., np.arange(n), np.arange(n)] = 1.0
-    phi[..., 0, n - 2] = duration
-    phi[..., 1, n - 1] = duration
+    phi[..., places, speeds] = duration[..., None]
     return phi
 
 
-def propagate(state, duration):
+def propagate(state, duration, coordinates=PLANE):
     """State ``(..., n)`` after ``duration`` seconds of constant velocity motion, ``Phi X``."""
-    state = np.array(state, dtype=float)
-    duration = np.asarray(duration, dtype=float)
-    moved = np.broadcast_to(
-        state, (*np.broadcast_shapes(state.shape[:-1], duration.shape), state.shape[-1])
-    ).copy()
-    moved[..., :2] += duration[..., None] * moved[..., -2:]
+    places, speeds = moving_pairs(coordinates)
+    state, duration = np.array(state, dtype=float), np.asarray(duration, dtype=float)
+    shape = (*np.broadcast_shapes(state.shape[:-1], duration.shape), state.shape[-1])
+    moved = np.broadcast_to(state, shape).copy()
+    moved[..., places] += duration[..., None] * moved[..., speeds]
     return moved

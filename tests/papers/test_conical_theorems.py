@@ -124,7 +124,7 @@ def scenario_of(geometry, target=None):
     place, velocity = np.array(p, float), np.array(velocity, float)
     motion = tma.Target.from_velocity(place, velocity, depth=ARRAY + float(zeta), time=1.0)
     sensor = tma.Sensor(tma.ConicalAngle(tma.DIRECT, ARRAY, 1000.0), times, 0.01)
-    return tma.Scenario(motion, array, [sensor], reference_time=1.0)
+    return tma.Scenario(array, [sensor], reference_time=1.0, target=motion)
 
 
 def by_theory(scenario):

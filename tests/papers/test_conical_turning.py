@@ -16,7 +16,7 @@ def test_the_course_as_computed_leg_by_leg():
     )
     model = tma.ConicalAngle(tma.BOTTOM_BOUNCE, 200.0, 4000.0, heading_lag=2.0)
     sensor = tma.Sensor(model, 4.0 * np.arange(201), conical.SIGMA)
-    by_hand = tma.Scenario(tma.Target((5e3, 7e3), 4.0, np.radians(45), depth=100.0), array, [sensor], 0.0)
+    by_hand = tma.Scenario(array, [sensor], 0.0, tma.Target((5e3, 7e3), 4.0, np.radians(45), depth=100.0))
     np.testing.assert_allclose(tma.crlb_sigma(by_hand), tma.crlb_sigma(conical.section_4_2()), rtol=1e-9)
 
 

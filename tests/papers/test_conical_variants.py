@@ -22,7 +22,7 @@ def by_hand(array_depth, target_depth, assumed_depth, pairs=76):
         for ray in (tma.DIRECT, tma.BOTTOM_BOUNCE)
     ]
     target = tma.Target((5e3, 7e3), 4.0, np.radians(45), depth=target_depth)
-    return tma.Scenario(target, array, sensors, 0.0)
+    return tma.Scenario(array, sensors, 0.0, target)
 
 
 def test_without_a_change_it_is_the_experiment_of_the_section():

@@ -74,7 +74,7 @@ def straight_leg(scenario):
 
     times = np.unique(scenario.times)
     ends = times[[0, -1]]
-    place = np.concatenate([observer for _, _, observer, _ in scenario.blocks], axis=1)
+    place = np.concatenate([block.observer for block in scenario.blocks], axis=1)
     positions = scenario.platform.position_at(ends)
     extent = [positions, target.position_at(ends), target.velocity * np.abs(ends - target.time).max()]
     tiny = TOLERANCE * max(np.abs(part).max() for part in extent)

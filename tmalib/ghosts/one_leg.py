@@ -73,7 +73,7 @@ def ghosts_of_one_leg(scenario):
     >>> target = tma.Target((5000, 7000), speed=4, heading=np.radians(45), depth=100)
     >>> rays = [tma.ConicalAngle(path, 200.0, 4000.0) for path in (tma.DIRECT, tma.BOTTOM_BOUNCE)]
     >>> sensors = [tma.Sensor(ray, np.arange(0, 301, 4), 0.017) for ray in rays]
-    >>> scenario = tma.Scenario(target, array, sensors, reference_time=0)
+    >>> scenario = tma.Scenario(array, sensors, reference_time=0, target=target)
     >>> for family in ghosts_of_one_leg(scenario):
     ...     print(f"{family.case}: {family.target().depth:.2f} m")
     mirror: 100.00 m

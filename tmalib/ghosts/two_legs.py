@@ -80,7 +80,7 @@ def ghosts_of_two_legs(scenario):
     >>> array = tma.Course((0, 0), 5, 0.0, [tma.Straight(100), tma.Straight(100, heading=np.pi / 2)])
     >>> target = tma.Target((5000, 7000), speed=4, heading=np.radians(45), depth=100)
     >>> direct = tma.Sensor(tma.ConicalAngle(tma.DIRECT, 200.0, 4000.0), np.arange(0, 201, 4), 0.017)
-    >>> scenario = tma.Scenario(target, array, [direct], reference_time=0)
+    >>> scenario = tma.Scenario(array, [direct], reference_time=0, target=target)
     >>> [(family.case, float(family.target().depth)) for family in ghosts_of_two_legs(scenario)]
     [('depth mirror', 300.0)]
     """

@@ -24,6 +24,7 @@ import numpy as np
 
 from ..bounds import crlb, whitened_jacobian
 from ..checks import check_scalar
+from ..uniform import transition
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +55,13 @@ class Response:
         return np.asarray(along)[..., None] * self.direction
 
 
+def position_places(scenario):
+    """Places of x and y in the state; `ValueError` where it has none."""
+    if not {"x", "y"} <= set(scenario.coordinates):
+        raise ValueError(f"a displacement needs a state with x and y, got {scenario.coordinates}")
+    return [scenario.coordinates.index(name) for name in ("x", "y")]
+
+
 def check_one_state(scenario, state):
     """The state about which to linearise: one, not a batch."""
     state = scenario.check_state(scenario.state if state is None else state)
@@ -68,7 +76,7 @@ def response(scenario, state=None):
     Parameters
     ----------
     scenario : Scenario
-        Any measurement models whose first two components of the state are a horizontal position.
+        Any measurement models of a state with a horizontal position.
     state : array_like, shape (n,), optional
         ``theta``; the scenario's target by default.
 
@@ -83,7 +91,7 @@ def response(scenario, state=None):
     """
     state = check_one_state(scenario, state)
     jacobian = whitened_jacobian(scenario, state)
-    position = jacobian[:, :2]
+    position = jacobian[:, position_places(scenario)]
     length = np.hypot(*position.T)
     if not np.all(length > 0):
         raise ValueError(f"measurement {np.argmin(length)} does not depend on the target's position")
@@ -125,24 +133,21 @@ def displaced(scenario, displacement, state):
     if displacement.shape[-2:] != (count, 2):
         raise ValueError(f"displacement must have shape (..., {count}, 2), got {displacement.shape}")
     values, gradients = [], []
-    for sensor, columns, observer, elapsed in scenario.blocks:
-        moved = displacement[..., columns, :]
-        rest = [np.full(moved.shape[:-1], part) for part in state[2:]]
-        rows = [state[0] + moved[..., 0], state[1] + moved[..., 1], *rest]
-        value, gradient = sensor.model.value_and_gradient(rows, observer, elapsed)
+    places = position_places(scenario)
+    for block in scenario.blocks:
+        moved = displacement[..., block.columns, :]
+        rows = np.array([np.full(moved.shape[:-1], part) for part in state])
+        rows[places] += np.moveaxis(moved, -1, 0)
+        value, gradient = block.predict(rows, block.observer, block.elapsed)
         values.append(value)
-        gradients.append(np.moveaxis(gradient[:2], 0, -1))
+        gradients.append(np.moveaxis(gradient[places], 0, -1))
     return np.concatenate(values, axis=-1), np.concatenate(gradients, axis=-2)
 
 
 def position_criterion(scenario, time):
     """The criterion "position at a time": the matrix ``C``, shape ``(2, n)``, in metres."""
     elapsed = check_scalar("time", time) - scenario.reference_time
-    known = {"x": (1.0, 0.0), "y": (0.0, 1.0), "z": (0.0, 0.0), "vx": (elapsed, 0.0), "vy": (0.0, elapsed)}
-    unknown = set(scenario.coordinates) - known.keys()
-    if unknown:
-        raise ValueError(f"the criterion of a state with {sorted(unknown)} has to be given as a matrix")
-    return np.array([known[name] for name in scenario.coordinates]).T
+    return transition(elapsed, scenario.coordinates)[position_places(scenario)]
 
 
 def check_criterion(scenario, criterion):

@@ -23,7 +23,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..checks import check_count, check_scalar
-from .response import check_criterion, check_one_state, displaced, modes_of, response
+from .response import check_criterion, check_one_state, displaced, modes_of, position_places, response
 
 ASCENTS = 100
 NEWTON_STEPS = 20
@@ -245,7 +245,7 @@ def worst_stealth(scenario, bound, state=None, criterion=None, *, directions=32)
     state = check_one_state(scenario, state)
     criterion = check_criterion(scenario, criterion)
     _, gradient = scenario.linearise(state)
-    length = np.hypot(*gradient[:, :2].T)
+    length = np.hypot(*gradient[:, position_places(scenario)].T)
     rows = gradient / length[:, None]
     scale = 1 / np.linalg.norm(rows, axis=0)
     rows = rows * scale

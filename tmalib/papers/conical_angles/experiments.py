@@ -43,7 +43,7 @@ def one_ray_stopped(seed, runs, sigma, limit, safeguard=True, assumed_depth=200.
     """
     scenario = conical.section_3_2(sigma, assumed_depth)
     measured = scenario.simulate(runs, seed)
-    settings = {"chart": Cartesian(), "safeguard": safeguard, "max_iterations": limit}
+    settings = {"chart": Cartesian, "safeguard": safeguard, "max_iterations": limit}
     return {"state": fit(scenario, measured, scenario.state, **settings).state}
 
 

@@ -72,7 +72,7 @@ def quadratic_scenario(scenario, kappa=None):
     """A scenario of Section 3.2, estimated in quadratic coordinates; ``kappa`` as in `Quadratic`."""
     sensor = scenario.sensors[0]
     sensors = [Sensor(Quadratic(sensor.model, kappa), sensor.times, sensor.sigma)]
-    return Scenario(scenario.target, scenario.platform, sensors, scenario.reference_time)
+    return Scenario(scenario.platform, sensors, scenario.reference_time, scenario.target)
 
 
 def _assumption(scenario):

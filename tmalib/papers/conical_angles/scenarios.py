@@ -44,7 +44,7 @@ def section_3_2(sigma=SIGMA, assumed_depth=TARGET_DEPTH):
     platform = Course((0, 0), speed=5.0, heading=0.0, legs=[Straight(1200.0)])
     model = ConicalAngle(BOTTOM_BOUNCE, ARRAY_DEPTH, BOTTOM_DEPTH, assumed_depth)
     return Scenario(
-        target(), platform, [Sensor(model, _times(1200), sigma, "bottom bounce")], reference_time=0.0
+        platform, [Sensor(model, _times(1200), sigma, "bottom bounce")], reference_time=0.0, target=target()
     )
 
 
@@ -71,7 +71,10 @@ def turning_array(turn=405.0, duration=800.0, lag=PERIOD / 2, assumed_depth=None
     ray, depth = (DIRECT, ARRAY_DEPTH) if conventional else (BOTTOM_BOUNCE, assumed_depth)
     model = ConicalAngle(ray, ARRAY_DEPTH, BOTTOM_DEPTH, depth, heading_lag=lag)
     return Scenario(
-        target(), platform, [Sensor(model, _times(duration), SIGMA, "bottom bounce")], reference_time=0.0
+        platform,
+        [Sensor(model, _times(duration), SIGMA, "bottom bounce")],
+        reference_time=0.0,
+        target=target(),
     )
 
 
@@ -115,4 +118,4 @@ def section_5_2(bottom_depth, assumed_depth=None, exchanged=False):
         Sensor(ConicalAngle(ray, array, bottom_depth, assumed_depth), _times(300), SIGMA, name)
         for ray, name in ((DIRECT, "direct"), (BOTTOM_BOUNCE, "bottom bounce"))
     ]
-    return Scenario(target(depth), platform, sensors, reference_time=0.0)
+    return Scenario(platform, sensors, reference_time=0.0, target=target(depth))

@@ -46,7 +46,7 @@ def one_leg(start, velocity, depth, path):
         depth=depth,
     )
     sensor = Sensor(ConicalAngle(path, ARRAY_DEPTH, BOTTOM_DEPTH), np.arange(0, 601, 10.0), SIGMA)
-    return Scenario(target, array, [sensor], reference_time=0)
+    return Scenario(array, [sensor], reference_time=0, target=target)
 
 
 def relative(scenario, motion, times):
@@ -77,7 +77,7 @@ def two_legs(p, velocity, path, depth, headings=LEGS):
     target = Target.from_velocity(p, velocity, depth=depth, time=TURN)
     model = ConicalAngle(path, ARRAY_DEPTH, BOTTOM_DEPTH)
     sensor = Sensor(model, np.arange(2.0, 2 * TURN, 4.0), SIGMA)
-    return Scenario(target, array, [sensor], reference_time=TURN)
+    return Scenario(array, [sensor], reference_time=TURN, target=target)
 
 
 def disagreement(scenario, other):

@@ -41,5 +41,5 @@ def attempt(seed, runs, bottom_depth, assumed_depth=300.0, pairs=None, exchanged
         assumed = replace(assumed.until(last), reference_time=assumed.reference_time)
     settings = {}
     if steps is not None:  # the first evaluation is that of the start
-        settings = {"chart": Cartesian(), "safeguard": False, "max_iterations": steps + 1}
+        settings = {"chart": Cartesian, "safeguard": False, "max_iterations": steps + 1}
     return {"errors": fit(assumed, measured, np.array(START), **settings).state - real.state}

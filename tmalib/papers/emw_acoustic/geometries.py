@@ -72,8 +72,8 @@ def scene(position, velocity, observer):
     sigma = np.radians(1)
     light_times, sound_times = np.arange(0.0, DURATION + 1, 20.0), np.arange(0.0, DURATION + 1, 30.0)
     return Scenario(
-        Target.from_velocity(position, velocity),
         Course((0, 0), np.hypot(*observer), bearing(observer), [Straight(np.inf)]),
         [Sensor(Bearing(), light_times, sigma), Sensor(DelayedBearing(SOUND_SPEED), sound_times, sigma)],
         reference_time=0.0,
+        target=Target.from_velocity(position, velocity),
     )

@@ -142,7 +142,7 @@ def scenario(number, path="computed"):
         optical = Sensor(Bearing(), np.arange(0, end, 120.0), np.radians(0.1), "periscope")
     sonar = Sensor(DelayedBearing(SOUND_SPEED), np.arange(0, end, 4.0), np.radians(1), "sonar")
     last = max(optical.times[-1], sonar.times[-1])
-    return Scenario(target, platform, [optical, sonar], reference_time=last)
+    return Scenario(platform, [optical, sonar], reference_time=last, target=target)
 
 
 # -- what the tables' columns need beyond the text ----------------------------------------------------

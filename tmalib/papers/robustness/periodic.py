@@ -37,7 +37,7 @@ def sampled(geometry, count):
     count = check_count("count", count)
     times = (np.arange(count) + 0.5) * DURATION / count
     platform, target = geometry.platform, geometry.straight.target
-    return Scenario(target, platform, [Sensor(Bearing(), times, SIGMA, "camera")], reference_time=0.0)
+    return Scenario(platform, [Sensor(Bearing(), times, SIGMA, "camera")], reference_time=0.0, target=target)
 
 
 def end_gain(scenario):

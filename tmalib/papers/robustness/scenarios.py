@@ -74,7 +74,7 @@ class Geometry:
     def _measured(self, target):
         times = np.arange(1, int(DURATION * RATE) + 1) / RATE
         return Scenario(
-            target, self.platform, [Sensor(Bearing(), times, SIGMA, "camera")], reference_time=0.0
+            self.platform, [Sensor(Bearing(), times, SIGMA, "camera")], reference_time=0.0, target=target
         )
 
     @cached_property

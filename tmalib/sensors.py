@@ -1,0 +1,109 @@
+"""Sensors: a measurement model with times and noise, and what estimators loop over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from .checks import check_array, check_scalar, set_fields
+
+
+@dataclass(frozen=True, eq=False)
+class Sensor:
+    """Measurements of one model.
+
+    Parameters
+    ----------
+    model : measurement model
+        `Bearing`, `DelayedBearing` or any object with the same methods (see `tmalib.models`).
+    times : array_like, shape (N,)
+        Strictly increasing, in seconds.
+    sigma : float
+        Standard deviation of the measurement noise, positive, in the model's unit (radians).
+    name : str, optional
+    platform : motion, optional
+        What carries the sensor, if not the scenario's platform.
+    """
+
+    model: object
+    times: np.ndarray
+    sigma: float
+    name: str = ""
+    platform: object = None
+
+    def __post_init__(self):
+        times = check_array("times", self.times, (None,))
+        if np.any(np.diff(times) <= 0):
+            raise ValueError("times of a sensor must be strictly increasing")
+        sigma = check_scalar("sigma", self.sigma, above=0.0)
+        set_fields(self, times=times, sigma=sigma, name=self.name or type(self.model).__name__)
+
+    def __len__(self):
+        return len(self.times)
+
+
+class SensorBlock(NamedTuple):
+    """A sensor's part of the measurement vector, with what its model needs of the platform.
+
+    ``columns`` is the slice of the measurement vector, ``observer`` what the model's ``observer_state``
+    gives, ``(k, N)``, ``elapsed`` the times less the reference time, ``(N,)``, and ``components`` the places
+    of the model's coordinates in the state, `None` if they are the state. ``size`` is that of the state.
+    """
+
+    sensor: Sensor
+    columns: slice
+    observer: np.ndarray
+    elapsed: np.ndarray
+    components: np.ndarray | None
+    size: int
+
+    def predict(self, state, observer, elapsed):
+        """Value and gradient of the sensor's model, for rows of the whole state.
+
+        ``state`` is an array or sequence of ``size`` rows, ``observer`` and ``elapsed`` are as in the block
+        or a part of them. The gradient has a row for every component of the state.
+        """
+        model = self.sensor.model
+        if self.components is None:
+            return model.value_and_gradient(state, observer, elapsed)
+        value, part = model.value_and_gradient([state[i] for i in self.components], observer, elapsed)
+        gradient = np.zeros((self.size, *value.shape))
+        gradient[self.components] = part
+        return value, gradient
+
+    def check_shapes(self):
+        """`ValueError` for a model whose arrays do not have the shapes that the protocol wants."""
+        model, count, n = (
+            type(self.sensor.model).__name__,
+            len(self.sensor),
+            len(self.sensor.model.coordinates),
+        )
+        observer = np.asarray(self.observer)
+        if observer.ndim != 2 or observer.shape[1] != count:
+            raise ValueError(f"{model}.observer_state must have shape (k, {count}), got {observer.shape}")
+        with np.errstate(all="ignore"):  # the shapes at some state, not the values
+            value, gradient = self.sensor.model.value_and_gradient(
+                np.ones((n, count)), observer, self.elapsed
+            )
+        wanted, got = ((count,), (n, count)), (np.shape(value), np.shape(gradient))
+        if wanted != got:
+            raise ValueError(f"{model}.value_and_gradient must give arrays of shapes {wanted}, got {got}")
+
+
+def in_order_of_time(scenario, after):
+    """Measurements later than ``after``, time by time: what a filter loops over.
+
+    Returns
+    -------
+    list of (float, list)
+        The times in order, each with one ``(column, block, observer, elapsed)`` a measurement: its column of
+        the measurement vector, its `SensorBlock`, and its part of the block's arrays.
+    """
+    groups = {}
+    for block in scenario.blocks:
+        for i in np.flatnonzero(block.sensor.times > after):
+            group = groups.setdefault(block.sensor.times[i], [])
+            group.append((block.columns.start + i, block, block.observer[:, i], block.elapsed[i]))
+    return sorted(groups.items(), key=lambda item: item[0])
