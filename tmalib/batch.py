@@ -18,9 +18,8 @@ import numpy as np
 from . import levenberg_marquardt
 from .charts import Cartesian, ModifiedPolar
 from .checks import check_count, check_scalar
+from .starts import find_start
 from .uniform import BENDING, PLANE, moving_pairs
-
-BLOCK_ELEMENTS = 72_000  # runs x measurements of the largest sensor: about 600 kB an array
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +98,7 @@ def along_first_bearing(scenario, angles, range, others=None):
     return start
 
 
-def fit(scenario, angles, start, *, chart=None, safeguard=True, tolerance=1e-2, max_iterations=100):
+def fit(scenario, angles, start=None, *, chart=None, safeguard=True, tolerance=1e-2, max_iterations=100):
     """Maximum likelihood (least squares) estimate of the state for every run.
 
     Parameters
@@ -108,8 +107,9 @@ def fit(scenario, angles, start, *, chart=None, safeguard=True, tolerance=1e-2, 
         What the estimator assumes: platform, sensors, reference time. Its target is not read.
     angles : array_like, shape (..., N)
         Measurements, in the scenario's order.
-    start : array_like, shape (..., n)
-        First guess(es) of the state at the reference time; broadcasts against the runs.
+    start : array_like, shape (..., n), optional
+        First guess(es) of the state at the reference time; broadcasts against the runs. Without one, and with
+        a sensor that measures bearings, a start is found (see `tmalib.starts`).
     chart : callable, optional
         Coordinates in which the steps are taken, about the platform at the reference time: `ModifiedPolar` or
         `Cartesian` (see `tmalib.charts`). The default is the former, and the latter for a state with a depth
@@ -138,6 +138,9 @@ def fit(scenario, angles, start, *, chart=None, safeguard=True, tolerance=1e-2, 
     ``fit(..., chart=Cartesian, safeguard=False)``.
     """
     angles = scenario.check_measurements(angles)
+    if start is None:
+        found, _ = find_start(scenario, angles.reshape(-1, angles.shape[-1]))
+        start = found.reshape(*angles.shape[:-1], -1)
     start = scenario.check_state(start)
     tolerance = check_scalar("tolerance", tolerance, above=0.0)
     max_iterations = check_count("max_iterations", max_iterations)
@@ -145,13 +148,7 @@ def fit(scenario, angles, start, *, chart=None, safeguard=True, tolerance=1e-2, 
     shape = np.broadcast_shapes(angles.shape[:-1], start.shape[:-1])
     angles = np.broadcast_to(angles, (*shape, angles.shape[-1])).reshape(-1, angles.shape[-1])
     start = np.broadcast_to(start, (*shape, start.shape[-1])).reshape(-1, start.shape[-1])
-    block = max(1, BLOCK_ELEMENTS // max(len(sensor) for sensor in scenario.sensors))
-    repeated = levenberg_marquardt.repeat_for_runs(scenario, min(block, len(angles)))
-    parts = [
-        levenberg_marquardt.minimise(repeated, angles[i : i + block], start[i : i + block], *settings)
-        for i in range(0, len(angles), block)
-    ]
-    fields = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    fields = levenberg_marquardt.minimise_in_blocks(scenario, angles, start, *settings)
     return Fit(*(field.reshape(shape + field.shape[1:]) for field in fields))
 
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from .charts import Cartesian
 
+BLOCK_ELEMENTS = 72_000  # runs x measurements of the largest sensor: about 600 kB an array
 FIRST_DAMPING = 1e-3
 LEAST_DAMPING = 1e-8
 MOST_DAMPING = 1e10
@@ -44,6 +45,17 @@ def repeat_for_runs(scenario, runs):
         block._replace(observer=np.tile(block.observer, (1, runs)), elapsed=np.tile(block.elapsed, runs))
         for block in scenario.blocks
     ]
+
+
+def minimise_in_blocks(scenario, angles, start, *settings):
+    """`minimise` for runs ``(runs, N)`` from starts ``(runs, n)``, in blocks that stay in the cache."""
+    block = max(1, BLOCK_ELEMENTS // max(len(sensor) for sensor in scenario.sensors))
+    repeated = repeat_for_runs(scenario, min(block, len(angles)))
+    parts = [
+        minimise(repeated, angles[i : i + block], start[i : i + block], *settings)
+        for i in range(0, len(angles), block)
+    ]
+    return [np.concatenate(column) for column in zip(*parts, strict=True)]
 
 
 def minimise(blocks, angles, start, chart, safeguard, tolerance, max_iterations):
