@@ -104,6 +104,38 @@ def test_a_lost_run_is_counted():
     assert np.all(np.isfinite(found.std))
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_runs_that_are_left_out_change_nothing_and_are_counted(seed):
+    rng = np.random.default_rng(seed)
+    good = rng.normal(size=(50, 3)) * [1e3, 1.0, 1e-3]
+    lost = np.array([[np.nan, 0, 0], [0, -np.inf, 0], [0, 0, 1e80], [1e10, 0, 0], [-1e12, 5, 5]])
+    order = rng.permutation(55)
+    errors = np.concatenate([good, lost])[order]
+    used = order < 53  # the estimator owns up to the runaways; a mask may leave out the others, too
+    expected = tma.statistics(good[order[order < 50]])
+    for mask in (used, used & np.isfinite(errors).all(axis=1)):
+        found = tma.statistics(errors, used=mask)
+        assert (found.runs, found.used) == (55, 50)
+        assert found.left_out == {"not finite": 3, "failed": 2}
+        for field in ("bias", "std", "kurtosis"):
+            np.testing.assert_array_equal(getattr(found, field), getattr(expected, field))
+    believed = tma.statistics(errors)
+    assert (believed.used, believed.left_out) == (52, {"not finite": 3, "failed": 0})
+    assert abs(believed.bias[0]) > 1e9, "a mean is the mean of all that it is told to use"
+
+
+def test_statistics_of_a_fit_leave_out_what_did_not_converge(scenario):
+    angles = scenario.simulate(8, seed=1)
+    start = np.tile(scenario.state, (8, 1))
+    angles[3, 0], start[5] = np.nan, [-1e7, -1e7, 400.0, 400.0]
+    found = tma.fit(scenario, angles, start, max_iterations=4)
+    converged = [k for k in range(8) if k not in (3, 5)]
+    np.testing.assert_array_equal(found.converged, np.isin(range(8), converged))
+    told = tma.statistics(found.state - scenario.state, found.converged)
+    assert told.left_out == {"not finite": 1, "failed": 1}
+    np.testing.assert_array_equal(told.bias, tma.statistics((found.state - scenario.state)[converged]).bias)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -111,7 +143,17 @@ def test_a_lost_run_is_counted():
         (lambda: tma.Stream(""), "must be a text that is not empty"),
         (lambda: tma.monte_carlo(draw, 0, "example"), "runs must be a positive integer"),
         (lambda: tma.statistics(np.zeros(5)), "errors must have shape"),
-        (lambda: tma.statistics(np.full((9, 2), np.nan)), "at least 4 runs"),
+        (
+            lambda: tma.statistics(np.full((9, 2), np.nan)),
+            "at least 4 runs, got 0 of 9: 9 not finite, 0 failed",
+        ),
+        (lambda: tma.statistics(np.ones((5, 2)), np.arange(5) < 3), "got 3 of 5: 0 not finite, 2 failed"),
+        (lambda: tma.statistics(np.empty((0, 2))), "got 0 of 0"),
+        (
+            lambda: tma.statistics(np.ones((5, 2)), [0, 1, 2, 3]),
+            r"used must be bool of shape \(5,\), got int",
+        ),
+        (lambda: tma.statistics(np.ones((5, 2)), [True] * 4), r"got bool of shape \(4,\)"),
     ],
 )
 def test_bad_input(make, message):

@@ -46,16 +46,21 @@ def linear():
     )
 
 
-def kalman(scenario, measured):
-    """Mean, covariance and log-likelihood by the Kalman filter of another library."""
+def kalman(scenario, measured, unmeasured=()):
+    """Mean, covariance and log-likelihood by the Kalman filter of another library.
+
+    At the ``unmeasured`` times it takes a step and no measurement.
+    """
     exact = KalmanFilter(dim_x=4, dim_z=2)
     exact.x, exact.P = MEAN.copy(), SPREAD.copy()
     now, log_likelihood = 0.0, 0.0
-    for time in np.unique(scenario.times):
+    for time in np.union1d(scenario.times, unmeasured):
         step = time - now
         g = np.array([[step**2 / 2, 0], [0, step**2 / 2], [step, 0], [0, step]])
         exact.predict(F=tma.transition(step), Q=BETA**2 * g @ g.T)
         now, columns = time, np.flatnonzero(scenario.times == time)
+        if not len(columns):
+            continue
         h = np.array([[*s.model.row, 0, 0] for s in scenario.sensors if time in s.times])
         z = measured[columns] + h[:, :2] @ scenario.platform.position_at(time)
         exact.dim_z = len(columns)
@@ -181,6 +186,64 @@ def test_a_measurement_of_nan_is_reported(linear):
     assert not track.finite
     assert np.isfinite(track.state[:3]).all()
     assert np.isnan(track.state[3]).all()
+    assert np.isnan([*track.standard_error[3], track.effective[3], track.log_likelihood]).all()
+    assert np.isfinite(track.state[4:]).all(), "only its own row"
+    assert np.isfinite(track.covariance[4:]).all()
+    assert track.families[3] == track.families[2], "nothing is resampled"
+
+
+def without(scenario, time):
+    """The scenario without what was measured at a time, and the columns that stay."""
+    sensors = [tma.Sensor(s.model, s.times[s.times != time], s.sigma) for s in scenario.sensors]
+    return replace(scenario, sensors=sensors), scenario.times != time
+
+
+@pytest.mark.parametrize("column", [3, 8])  # one sensor alone, and one of two at the same time
+def test_after_nan_the_cloud_moves_on_as_if_nothing_was_measured(linear, column):
+    """Without noise in the velocity two steps are one: the filter that was never told has the same rows."""
+    measured, time = linear.simulate(1, seed=3)[0], linear.times[column]
+    row = int(np.flatnonzero(np.unique(linear.times) == time)[0])
+    fewer, stay = without(linear, time)
+    rng = np.random.default_rng(5)
+    before = tma.sir(
+        fewer.until(time), measured[stay & (linear.times < time)], gaussian_cloud(300, 1), 0, rng
+    )
+    rng.random()  # the comb of the step with NaN
+    cloud = tma.Cloud(before.particles, before.times[-1])
+    after = tma.sir(fewer, measured[stay], cloud, 0, rng)
+    measured[column] = np.nan
+    track = tma.sir(linear, measured, gaussian_cloud(300, 1), 0, np.random.default_rng(5))
+    np.testing.assert_array_equal(track.state[:row], before.state)
+    assert np.isnan(track.state[row]).all()
+    np.testing.assert_allclose(track.state[row + 1 :], after.state, rtol=1e-9)
+    np.testing.assert_allclose(track.particles, after.particles, rtol=1e-9)
+    assert not track.finite
+
+
+def test_after_nan_the_filter_still_agrees_with_the_kalman_filter(linear):
+    """Which skips the update but not the prediction."""
+    measured = linear.simulate(1, seed=3)[0]
+    mean, covariance, _ = kalman(without(linear, 4.0)[0], measured[without(linear, 4.0)[1]], [4.0])
+    measured[3] = np.nan
+    runs = [tma.sir(linear, measured, gaussian_cloud(4000, k), BETA, seed=1000 + k) for k in range(40)]
+    error = np.array([run.state[-1] for run in runs]) - mean
+    assert np.all(np.abs(error.mean(axis=0)) < 4 * error.std(axis=0, ddof=1) / np.sqrt(40))
+    spread = np.array([run.covariance[-1] for run in runs]) - covariance
+    assert np.all(np.abs(spread.mean(axis=0)) < 4 * spread.std(axis=0, ddof=1) / np.sqrt(40))
+
+
+def test_a_cloud_too_far_for_a_covariance_is_not_finite(linear):
+    """Its mean is a number, the square of its spread is not."""
+    far = np.random.default_rng(1).normal(size=(50, 4)) * [1e160, 1e160, 0, 0]
+    track = tma.sir(linear, linear.measure(), tma.Cloud(far, 7.0), 0.0, seed=2)
+    assert not track.finite
+
+
+def test_degenerate_speaks_of_the_last_cloud(linear):
+    track = tma.sir(linear, linear.measure(), gaussian_cloud(500, 1), BETA, seed=2)
+    counted = np.array([90.0, FEW_FAMILIES - 1.0, FEW_FAMILIES + 1.0])
+    assert not replace(track, families=counted).degenerate
+    assert replace(track, families=counted[:2]).degenerate
 
 
 def test_a_filter_with_too_few_particles_says_so(linear):

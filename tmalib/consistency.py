@@ -25,14 +25,19 @@ class Consistency:
     ----------
     times : ndarray, shape (T,)
     nees : ndarray, shape (..., T)
-        Normalised error squared of the state: chi-square with n degrees of freedom, if consistent.
+        Normalised error squared of the state: chi-square with n degrees of freedom, if consistent. NaN where
+        there is none (see `tmalib.nees`).
     inside : ndarray of bool, shape (..., T)
-        Whether the true position lies in the confidence ellipse of the covariance.
+        Whether the true position lies in the confidence ellipse of the covariance; `False` without one.
+    finite : ndarray of bool, shape (..., T)
+        Whether there is something to compare: of these runs a share ``inside.sum(0) / finite.sum(0)`` is
+        inside. A fit that ended far away is finite; the ``finite`` of its track tells that it failed.
     """
 
     times: np.ndarray
     nees: np.ndarray
     inside: np.ndarray
+    finite: np.ndarray
 
 
 def fit_over_time(scenario, angles, times, start):
@@ -50,7 +55,13 @@ def fit_over_time(scenario, angles, times, start):
     Returns
     -------
     Track
-        ``state (..., T, n)``, ``covariance (T, n, n)``, and ``finite`` where all fits have converged.
+        ``state (..., T, n)``, ``covariance (T, n, n)``, and ``finite`` where all fits have converged. A
+        run that is lost at some time stays in the track, NaN or as far as its fit went.
+
+    Raises
+    ------
+    ValueError
+        For wrong shapes, no times, or a time at which the true state is not observable yet.
 
     Examples
     --------
@@ -64,7 +75,10 @@ def fit_over_time(scenario, angles, times, start):
     (5, 2)
     """
     angles, times = scenario.check_measurements(angles), check_array("times", times, (None,))
+    if not len(times):
+        raise ValueError("times is empty; a track needs at least one time")
     thens = [scenario.until(time) for time in times]
+    bounds = np.stack([_bound(then) for then in thens])
     fits = [
         fit(then, angles[..., scenario.columns_until(time)], start)
         for then, time in zip(thens, times, strict=True)
@@ -72,9 +86,16 @@ def fit_over_time(scenario, angles, times, start):
     return Track(
         times,
         np.stack([found.state for found in fits], axis=-2),
-        np.stack([crlb(then) for then in thens]),
+        bounds,
         np.all([found.converged for found in fits], axis=0),
     )
+
+
+def _bound(scenario):
+    try:
+        return crlb(scenario)
+    except ValueError as error:
+        raise ValueError(f"times: no bound at {scenario.reference_time} s: {error}") from None
 
 
 def compare_with_truth(scenario, track, probability=0.9):
@@ -99,4 +120,6 @@ def compare_with_truth(scenario, track, probability=0.9):
     level = -2 * np.log1p(-check_probability(probability))
     truth = np.stack([scenario.target.state(time, scenario.coordinates) for time in track.times])
     position = nees(track.state[..., :2], truth[:, :2], track.covariance[..., :2, :2])
-    return Consistency(track.times, nees(track.state, truth, track.covariance), position <= level)
+    whole = nees(track.state, truth, track.covariance)
+    finite = np.isfinite(whole) & np.isfinite(position)
+    return Consistency(track.times, whole, finite & (position <= level), finite)

@@ -19,6 +19,7 @@ from .checks import check_count, set_fields
 
 SEED = 2016
 CHUNK = 500
+LARGEST = 1e70  # of an error whose fourth power still has a sum
 NAMED = 1 << 32  # streams that a name numbers come after this; lower numbers are given by hand
 
 
@@ -149,11 +150,13 @@ class Statistics:
     Attributes
     ----------
     runs, used : int
-        Runs made, and runs with finite errors that went into the statistics.
+        Runs made, and runs that went into the statistics.
     bias, std : ndarray
         Mean, and standard deviation with ``used - 1`` in the denominator.
     kurtosis : ndarray
         ``m4 / m2^2``, 3 for a Gaussian.
+    left_out : dict
+        How many runs did not go in, by reason: ``"not finite"`` and, of the others, ``"failed"``.
     """
 
     runs: int
@@ -161,6 +164,7 @@ class Statistics:
     bias: np.ndarray
     std: np.ndarray
     kurtosis: np.ndarray
+    left_out: dict
 
     def bias_se(self, runs=None):
         """Standard error ``s / sqrt(n)`` of a bias from ``runs`` runs (default: those used)."""
@@ -175,17 +179,46 @@ class Statistics:
         return self.std / 2 * np.sqrt((self.kurtosis - (n - 3) / (n - 1)) / n)
 
 
-def statistics(errors):
-    """`Statistics` of errors ``(runs, n)``. A row that is not finite is counted, not used."""
+def statistics(errors, used=None):
+    """`Statistics` of errors over runs; a run that is left out is counted.
+
+    Parameters
+    ----------
+    errors : array_like, shape (runs, n)
+        A row with a component that is not finite, or beyond 1e70, is left out.
+    used : array_like of bool, shape (runs,), optional
+        `False` leaves out a run that failed by the estimator's own account: the ``converged`` of a fit, the
+        ``finite`` of a track. By default every finite row is used, a runaway of 1e10 m included.
+
+    Returns
+    -------
+    Statistics
+
+    Raises
+    ------
+    ValueError
+        For wrong shapes, a mask that is not boolean, or fewer than four runs left.
+
+    Examples
+    --------
+    >>> found = statistics([[1.0], [2.0], [3.0], [2.0], [1e10], [np.nan]], used=[True] * 4 + [False] * 2)
+    >>> found.bias, found.used, found.left_out
+    (array([2.]), 4, {'not finite': 1, 'failed': 1})
+    """
     errors = np.asarray(errors, dtype=float)
     if errors.ndim != 2:
         raise ValueError(f"errors must have shape (runs, n), got {errors.shape}")
-    good = errors[np.isfinite(errors).all(axis=1)]
+    runs = len(errors)
+    mask = np.ones(runs, dtype=bool) if used is None else np.asarray(used)
+    if mask.dtype != bool or mask.shape != (runs,):
+        raise ValueError(f"used must be bool of shape ({runs},), got {mask.dtype} of shape {mask.shape}")
+    finite = (np.abs(errors) <= LARGEST).all(axis=1)
+    good = errors[finite & mask]
+    left_out = {"not finite": int(np.sum(~finite)), "failed": int(np.sum(finite & ~mask))}
     if len(good) < 4:
-        raise ValueError(
-            f"statistics need at least 4 runs with finite errors, got {len(good)} of {len(errors)}"
-        )
+        reasons = ", ".join(f"{count} {reason}" for reason, count in left_out.items())
+        raise ValueError(f"statistics need at least 4 runs, got {len(good)} of {runs}: {reasons}")
     bias = good.mean(axis=0)
     centred = good - bias
     m2, m4 = np.mean(centred**2, axis=0), np.mean(centred**4, axis=0)
-    return Statistics(len(errors), len(good), bias, good.std(axis=0, ddof=1), m4 / m2**2)
+    return Statistics(runs, len(good), bias, good.std(axis=0, ddof=1), m4 / m2**2, left_out)

@@ -82,8 +82,9 @@ class ParticleTrack:
     ancestor : ndarray of int, shape (N,)
         The particle of the first cloud that each of them descends from.
     finite : bool
-        `False` when at some time no particle had a weight, for instance after a measurement of NaN; all is
-        NaN from there on.
+        Whether every row of `state`, `covariance` and `standard_error` is. Where no particle has a weight, as
+        with a measurement of NaN (of one sensor is enough), these and `effective` are NaN, and so is
+        `log_likelihood`; the cloud moves on as if nothing was measured at that time, and later rows go on.
     """
 
     times: np.ndarray
@@ -102,7 +103,8 @@ class ParticleTrack:
         """Whether the last cloud has fewer than `FEW_FAMILIES` families.
 
         So few cannot show the shape of a posterior, whatever the number of particles: the filter is then
-        surer of itself than it has reason to be.
+        surer of itself than it has reason to be. Earlier clouds, and whether rows are `finite`, do not count:
+        families can grow again, and ``track.families < FEW_FAMILIES`` tells it for each of the times.
         """
         return bool(self.families[-1] < FEW_FAMILIES)
 
@@ -207,7 +209,8 @@ def sir(scenario, angles, cloud, beta, seed):
     mean, covariance, error = map(np.array, zip(*kept, strict=True))
     return ParticleTrack(
         np.array([time for time, _ in steps]), mean, covariance, error, np.array(effective),
-        np.array(families), float(log_likelihood), state.T, ancestor, bool(np.isfinite(mean).all()),
+        np.array(families), float(log_likelihood), state.T, ancestor,
+        all(bool(np.isfinite(part).all()) for part in (mean, covariance, error)),
     )  # fmt: skip
 
 
