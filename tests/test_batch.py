@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import least_squares
 
 import tmalib as tma
-from tmalib import batch, levenberg_marquardt
+from tmalib import levenberg_marquardt
 from tmalib.papers.conical_angles import scenarios as conical
 from tmalib.papers.emw_acoustic import scenarios as emw
 from tmalib.papers.robustness import scenarios as paper
@@ -44,7 +44,7 @@ def test_batch_equals_loop_bit_for_bit(scenario, runs, monkeypatch):
         alone = tma.fit(scenario, angles[i], start[i])
         np.testing.assert_array_equal(alone.state, whole.state[i])
         assert alone.iterations == whole.iterations[i]
-    monkeypatch.setattr(batch, "BLOCK_ELEMENTS", 7 * 61)
+    monkeypatch.setattr(levenberg_marquardt, "BLOCK_ELEMENTS", 7 * 61)
     np.testing.assert_array_equal(tma.fit(scenario, angles, start).state, whole.state)
 
 

@@ -19,7 +19,7 @@ def random_scenario(rng):
         tma.Sensor(tma.DelayedBearing(1500.0), np.arange(0, 601, float(rng.integers(5, 40))), 0.01),
         tma.Sensor(tma.Bearing(), np.arange(0, 601, float(rng.integers(5, 40))), 0.02),
     ]
-    return tma.Scenario(target, platform, sensors[: rng.integers(1, 3)], 600.0)
+    return tma.Scenario(platform, sensors[: rng.integers(1, 3)], 600.0, target)
 
 
 def lost_states(scenario):
@@ -62,7 +62,7 @@ def test_the_bound_of_a_batch_with_lost_states(seed):
 
 
 def test_with_too_few_measurements_every_member_is_nan(scenario):
-    few = tma.Scenario(scenario.target, scenario.platform, [tma.Sensor(tma.Bearing(), [0.0, 9.0], 0.1)], 9.0)
+    few = tma.Scenario(scenario.platform, [tma.Sensor(tma.Bearing(), [0.0, 9.0], 0.1)], 9.0, scenario.target)
     assert np.isnan(tma.crlb(few, np.tile(few.state, (3, 1)))).all()
     np.testing.assert_array_equal(tma.information_rank(few, [few.state, np.full(4, np.nan)]), [2, -1])
 
@@ -83,7 +83,7 @@ def test_the_message_names_the_direction_that_is_not_observable(seed):
     course = tma.Course((0, 0), 8.0, rng.uniform(0, 6), [tma.Straight(600)])
     target = tma.Target(rng.uniform(4e3, 8e3, 2), rng.uniform(1, 8), rng.uniform(0, 6))
     sensor = tma.Sensor(tma.Bearing(), np.arange(0, 601, 10.0), 0.01)
-    scenario = tma.Scenario(target, course, [sensor], float(rng.uniform(0, 600)))
+    scenario = tma.Scenario(course, [sensor], float(rng.uniform(0, 600)), target)
     with pytest.raises(ValueError, match=r"rank 3 of 4; .* along \(x, y, vx, vy\) = \(") as caught:
         tma.crlb(scenario)
     found = np.array(str(caught.value).rstrip(")").rsplit("(", 1)[1].split(","), dtype=float)
@@ -209,7 +209,7 @@ def test_a_lost_covariance_in_a_comparison(scenario):
 
 def test_a_track_names_the_time_that_has_no_bound(scenario):
     angles = scenario.simulate(2, seed=1)
-    only = tma.Scenario(scenario.target, scenario.platform, scenario.sensors[:1], 600.0)
+    only = tma.Scenario(scenario.platform, scenario.sensors[:1], 600.0, scenario.target)
     with pytest.raises(
         ValueError, match=r"times: no bound at 100.0 s: the state is not observable: .* 3 of 4"
     ):
