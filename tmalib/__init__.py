@@ -20,6 +20,7 @@ from . import sensitivity
 from .averaging import average_measurements
 from .batch import Fit, along_first_bearing, distinct_minima, fit
 from .bearings import Bearing, DelayedBearing, bearing, propagation_delay, wrap
+from .biased import Biased
 from .bounds import (
     Ellipse,
     confidence_ellipse,
@@ -34,14 +35,17 @@ from .charts import Cartesian, ModifiedPolar
 from .cones import BOTTOM_BOUNCE, DIRECT, SURFACE_BOUNCE, ConicalAngle, RayPath, image_depth
 from .consistency import Consistency, compare_with_truth, fit_over_time
 from .curved import AcceleratedBearing, TurningBearing
+from .doppler import DopplerFrequency
 from .ghosts import admissible, find_ghosts
 from .models import check_model
 from .montecarlo import Runs, Source, Statistics, Stream, monte_carlo, statistics
 from .motion import Course, SampledCourse, Straight, Target, Turn
 from .particles import Cloud, ParticleTrack, cloud_along_first_bearing, sir
+from .ranges import Range
 from .recursive import Prior, Track, ekf, prior_along_first_bearing
 from .scenario import Scenario
 from .sensors import Sensor
+from .sound_speed import DelayedBearingUnknownSpeed
 from .uniform import propagate, transition
 
 __version__ = "0.1.0"
@@ -52,17 +56,21 @@ __all__ = [
     "SURFACE_BOUNCE",
     "AcceleratedBearing",
     "Bearing",
+    "Biased",
     "Cartesian",
     "Cloud",
     "ConicalAngle",
     "Consistency",
     "Course",
     "DelayedBearing",
+    "DelayedBearingUnknownSpeed",
+    "DopplerFrequency",
     "Ellipse",
     "Fit",
     "ModifiedPolar",
     "ParticleTrack",
     "Prior",
+    "Range",
     "RayPath",
     "Runs",
     "SampledCourse",

@@ -113,6 +113,43 @@ def displacement(state, observer, elapsed):
     return dx, dy
 
 
+def delayed_bearing(state, observer, elapsed, c):
+    """Bearing theta of the emission point, its gradient by ``x, y, vx, vy``, and sine and cosine of theta."""
+    _, _, vx, vy = state
+    dx, dy = displacement(state, observer, elapsed)
+    tau = delay_of(dx, dy, vx, vy, c)
+    dx -= tau * vx
+    dy -= tau * vy
+    scale = 1.0 / (c * tau)
+    sin, cos = dx * scale, dy * scale
+    q = (vy * sin - vx * cos) / (c + vx * sin + vy * cos)
+    gradient = np.empty((4, *dx.shape))
+    np.multiply(cos + q * sin, scale, out=gradient[0, ...])
+    np.multiply(q * cos - sin, scale, out=gradient[1, ...])
+    np.multiply(elapsed - tau, gradient[:2], out=gradient[2:])
+    return np.arctan2(dx, dy), gradient, sin, cos
+
+
+def delay_of_motion(target, here, times, c, tolerance=1e-12, max_iterations=2000):
+    """Delay of what is heard at the places ``here``, ``(N, 2)``, at the ``times``, of any motion.
+
+    It is the fixed point of ``tau = |P_T(t - tau) - P_O(t)| / c``; the iteration contracts by the ratio of
+    speeds. It needs the target's position before the first time. `ValueError` where it does not end.
+    """
+    tau = np.zeros_like(times)
+    for _ in range(max_iterations):
+        gap = target.position_at(times - tau) - here
+        before, tau = tau, np.hypot(gap[..., 0], gap[..., 1]) / c
+        if np.max(np.abs(tau - before), initial=0.0) <= tolerance * (1 + np.max(tau, initial=0.0)):
+            return tau
+    raise ValueError(f"no propagation delay found for c = {c} m/s: is the target slower than sound?")
+
+
+def sound_if_faster(c, vx, vy):
+    """``c`` where sound is faster than the target, NaN elsewhere: such a state predicts nothing."""
+    return np.where(c > np.hypot(vx, vy), c, np.nan)
+
+
 class _Angle:
     """What the two bearing models share."""
 
@@ -162,32 +199,10 @@ class DelayedBearing(_Angle):
         check_scalar("c", self.c, above=0.0)
 
     def value_and_gradient(self, state, observer, elapsed):
-        _, _, vx, vy = state
-        dx, dy = displacement(state, observer, elapsed)
-        tau = delay_of(dx, dy, vx, vy, self.c)
-        dx -= tau * vx
-        dy -= tau * vy
-        scale = 1.0 / (self.c * tau)
-        sin, cos = dx * scale, dy * scale
-        q = (vy * sin - vx * cos) / (self.c + vx * sin + vy * cos)
-        gradient = np.empty((4, *dx.shape))
-        np.multiply(cos + q * sin, scale, out=gradient[0, ...])
-        np.multiply(q * cos - sin, scale, out=gradient[1, ...])
-        np.multiply(elapsed - tau, gradient[:2], out=gradient[2:])
-        return np.arctan2(dx, dy), gradient
+        return delayed_bearing(state, observer, elapsed, self.c)[:2]
 
     def observe(self, target, platform, times, tolerance=1e-12, max_iterations=2000):
-        """Delayed bearing of any motion slower than sound, shape ``(N,)``, in radians.
-
-        The delay is the fixed point of ``tau = |P_T(t - tau) - P_O(t)| / c``; the iteration
-        contracts by the ratio of speeds. It needs the target's position before the first time.
-        """
-        times = np.asarray(times, dtype=float)
-        here = platform.position_at(times)
-        tau = np.zeros_like(times)
-        for _ in range(max_iterations):
-            gap = target.position_at(times - tau) - here
-            before, tau = tau, np.hypot(gap[..., 0], gap[..., 1]) / self.c
-            if np.max(np.abs(tau - before), initial=0.0) <= tolerance * (1 + np.max(tau, initial=0.0)):
-                return bearing_unless_touching(target.position_at(times - tau) - here)
-        raise ValueError(f"no propagation delay found for c = {self.c} m/s: is the target slower than sound?")
+        """Delayed bearing of any motion slower than sound, shape ``(N,)``, in radians."""
+        times, here = np.asarray(times, dtype=float), platform.position_at(times)
+        tau = delay_of_motion(target, here, times, self.c, tolerance, max_iterations)
+        return bearing_unless_touching(target.position_at(times - tau) - here)
