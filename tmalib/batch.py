@@ -11,11 +11,13 @@ processor's cache; results do not depend on the size of a block.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from . import levenberg_marquardt
+from .bounds import crlb
 from .charts import Cartesian, ModifiedPolar
 from .checks import check_count, check_scalar
 from .starts import find_start
@@ -38,6 +40,22 @@ class Fit:
         Evaluations of the model, the one at the start included.
     cost : ndarray
         Criterion C at the last evaluation; about N - n for a good model.
+    scenario : Scenario
+        What was assumed.
+    measured : ndarray, shape (..., N)
+
+    Examples
+    --------
+    >>> import numpy as np, tmalib as tma
+    >>> ship = tma.Course((0, 0), 5, 0.0, [tma.Straight(300), tma.Straight(300, heading=np.pi / 2)])
+    >>> ear = tma.Sensor(tma.Bearing(), times=np.arange(0, 600, 5.0), sigma=0.01)
+    >>> watch = tma.Scenario(ship, [ear], reference_time=595)
+    >>> truth = tma.Target((2e3, 4e3), speed=6, heading=1.5)
+    >>> found = tma.fit(watch, watch.with_target(truth).simulate(runs=1, seed=1)[0])  # no start, no target
+    >>> found
+    Fit(1 run, 1 converged; x, y, vx, vy at 595 s)
+    >>> bool(0.01 < found.p_value < 0.99), found.covariance.shape
+    (True, (4, 4))
     """
 
     state: np.ndarray
@@ -45,6 +63,44 @@ class Fit:
     reason: np.ndarray
     iterations: np.ndarray
     cost: np.ndarray
+    scenario: object = field(repr=False)
+    measured: np.ndarray = field(repr=False)
+
+    def __repr__(self):
+        runs, names = self.converged.size, ", ".join(self.scenario.coordinates)
+        return (
+            f"Fit({runs} run{'s' * (runs != 1)}, {self.converged.sum()} converged; {names} at "
+            f"{self.scenario.reference_time:g} s)"
+        )
+
+    @property
+    def freedom(self):
+        """Degrees of freedom of the criterion: measurements less unknowns."""
+        return len(self.scenario.times) - len(self.scenario.coordinates)
+
+    @cached_property
+    def p_value(self):
+        """Chance of so large a criterion if model and sigmas are right, ``(...)``; NaN without freedom.
+
+        Small where the target turns, a bearing is wild or a unit is wrong; near one where sigma is too large.
+        """
+        from scipy.stats import chi2  # imported here: it costs half a second
+
+        return chi2.sf(self.cost, self.freedom) if self.freedom > 0 else np.full(self.cost.shape, np.nan)
+
+    @cached_property
+    def covariance(self):
+        """The bound at the estimate, ``(..., n, n)``; NaN where a run has not converged or has no bound."""
+        state = np.where(self.converged[..., None], self.state, np.nan)
+        if state.ndim == 1:
+            return crlb(self.scenario, state[None])[0]
+        return crlb(self.scenario, state)
+
+    @cached_property
+    def residuals(self):
+        """Measured minus predicted, in standard deviations, ``(..., N)``, in the scenario's order."""
+        predicted, _ = self.scenario.linearise(self.state)
+        return self.scenario.residual(self.measured, predicted) / self.scenario.sigma
 
 
 def first_bearing(scenario):
@@ -73,7 +129,7 @@ def along_first_bearing(scenario, angles, range, others=None):
     range : float
         In metres, positive.
     others : dict, optional
-        Name of every unknown besides position and velocity to its value.
+        Name of an unknown besides position and velocity to its value; by default what the models guess.
 
     Returns
     -------
@@ -83,7 +139,7 @@ def along_first_bearing(scenario, angles, range, others=None):
     -----
     Source: `emw-acoustic`, Section V. Of two bearings at t_1 the first sensor's is used.
     """
-    angles, others = scenario.check_measurements(angles), others or {}
+    angles, others = scenario.check_measurements(angles), scenario.offered("guess") | (others or {})
     range = check_scalar("range", range, above=0.0)
     missing = set(scenario.coordinates) - set(PLANE)
     if missing != others.keys():
@@ -138,7 +194,8 @@ def fit(scenario, angles, start=None, *, chart=None, safeguard=True, tolerance=1
     ``fit(..., chart=Cartesian, safeguard=False)``.
     """
     angles = scenario.check_measurements(angles)
-    if start is None:
+    without = start is None
+    if without:
         found, _ = find_start(scenario, angles.reshape(-1, angles.shape[-1]))
         start = found.reshape(*angles.shape[:-1], -1)
     start = scenario.check_state(start)
@@ -149,7 +206,14 @@ def fit(scenario, angles, start=None, *, chart=None, safeguard=True, tolerance=1
     angles = np.broadcast_to(angles, (*shape, angles.shape[-1])).reshape(-1, angles.shape[-1])
     start = np.broadcast_to(start, (*shape, start.shape[-1])).reshape(-1, start.shape[-1])
     fields = levenberg_marquardt.minimise_in_blocks(scenario, angles, start, *settings)
-    return Fit(*(field.reshape(shape + field.shape[1:]) for field in fields))
+    lost = np.flatnonzero(~fields[1] & (fields[2] != levenberg_marquardt.NOT_FINITE))
+    if without and len(lost):  # one chart finds the way where the other does not
+        settings = (chart_of(scenario, Cartesian), *settings[1:])
+        again = levenberg_marquardt.minimise_in_blocks(scenario, angles[lost], start[lost], *settings)
+        for part, other in zip(fields, again, strict=True):
+            part[lost[again[1]]] = other[again[1]]
+    found = [part.reshape(shape + part.shape[1:]) for part in fields]
+    return Fit(*found, scenario, angles.reshape(*shape, -1))
 
 
 def distinct_minima(scenario, angles, starts, *, separation=0.1, **options):

@@ -76,6 +76,11 @@ class Biased:
         """No bias, and what the model guesses."""
         return {**getattr(self.model, "guess", {}), self.name: 0.0}
 
+    @property
+    def truth(self):
+        """The bias in simulation, and what the model says is true."""
+        return {**getattr(self.model, "truth", {}), self.name: self.true_bias}
+
     def observer_state(self, platform, times):
         """As the model."""
         return self.model.observer_state(platform, times)

@@ -128,6 +128,12 @@ class DopplerFrequency:
                 check_scalar(name, getattr(self, name), above=0.0)
 
     @property
+    def truth(self):
+        """The base frequency in simulation, if there is one."""
+        f0 = self.f0 if self.true_f0 is None else self.true_f0
+        return {} if f0 is None else {"f0": f0}
+
+    @property
     def guess(self):
         """First value of the base frequency in Hz; empty if none was given."""
         return {} if self.f0 is None else {"f0": float(self.f0)}

@@ -19,6 +19,8 @@ A *measurement model* is an object with
     none. Only simulation needs it;
 ``is_bearing``, optional
     `True` if the measurement is the bearing of the target, from which a first guess can start.
+``truth``, optional
+    a dict from further unknowns to what is true of them in simulation, for `Scenario.state`;
 ``guess``, optional
     a dict, name to a plausible first value, of the model's unknowns besides position, depth and velocity:
     ``{"bias": 0.0}``, ``{"c": 1500.0}``. It is what a start without further knowledge uses.

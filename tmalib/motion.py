@@ -101,6 +101,9 @@ class Target:
         if "z" in coordinates and self.depth is None:
             raise ValueError("the target has no depth, and the state asks for z; give Target(depth=...)")
         known = {"x": x, "y": y, "z": self.depth, "vx": vx, "vy": vy}
+        unknown = [name for name in coordinates if name not in known]
+        if unknown:
+            raise ValueError(f"a target has position, depth and velocity, and no {unknown}")
         return np.array([known[name] for name in coordinates], dtype=float)
 
 

@@ -170,8 +170,21 @@ class Scenario:
 
     @property
     def state(self):
-        """True state at the reference time, shape ``(n,)``; the target must be a `Target`."""
-        return self._needs_target("state").state(self.reference_time, self.coordinates)
+        """True state at the reference time, shape ``(n,)``; the target must be a `Target`.
+
+        What is no property of a target, a bias for instance, is what the sensors' models say is true of them.
+        """
+        target, known = self._needs_target("state"), self.offered("truth")
+        own = [name for name in self.coordinates if name not in known]
+        known |= dict(zip(own, target.state(self.reference_time, own), strict=True))
+        return np.array([known[name] for name in self.coordinates])
+
+    def offered(self, what):
+        """What the sensors' models offer as ``guess`` or ``truth`` of further unknowns, a dict by name."""
+        found = {}
+        for sensor in self.sensors:
+            found |= getattr(sensor.model, what, {})
+        return found
 
     @cached_property
     def _noise_free(self):

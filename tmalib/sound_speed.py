@@ -68,6 +68,11 @@ class DelayedBearingUnknownSpeed:
             check_scalar("true_c", self.true_c, above=0.0)
 
     @property
+    def truth(self):
+        """The speed of sound in simulation."""
+        return {"c": self.c if self.true_c is None else self.true_c}
+
+    @property
     def guess(self):
         """First value of the speed of sound, in m/s."""
         return {"c": float(self.c)}

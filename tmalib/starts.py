@@ -126,9 +126,7 @@ def _least_squares(rows, right):
 
 def complete_state(scenario, plane, time):
     """States ``(runs, n)`` from ``(x, y, vx, vy)`` at a time; other unknowns as the models guess them."""
-    guesses = {}
-    for sensor in scenario.sensors:
-        guesses |= getattr(sensor.model, "guess", {})
+    guesses = scenario.offered("guess")
     names = scenario.coordinates
     missing = [name for name in names if name not in PLANE and name not in guesses]
     if missing:
