@@ -102,7 +102,7 @@ def test_what_an_output_depends_on_executes_again(loop, name, expected):
     change = (
         (lambda text: text.replace("print(1)", "print(3)"))
         if name.endswith("ipynb")
-        else (lambda text: text + "\n")
+        else (lambda text: text + "\nCHANGED = 1\n")
     )
     loop.edit(name, change)
     assert loop.prepare() == expected
@@ -110,11 +110,11 @@ def test_what_an_output_depends_on_executes_again(loop, name, expected):
 
 def test_a_change_that_is_taken_back_is_executed_too(loop):
     """The key is of the contents, not of dates; but outputs of other code are never kept for it."""
-    loop.edit("tmalib/motion.py", lambda text: text + "\n")
+    loop.edit("tmalib/motion.py", lambda text: text + "\nCHANGED = 1\n")
     loop.prepare()
     loop.execute("2")
     loop.keep()
-    loop.edit("tmalib/motion.py", lambda text: text[:-1])
+    loop.edit("tmalib/motion.py", lambda text: text[: -len("\nCHANGED = 1\n")])
     assert loop.prepare() == BOTH[:1]
 
 
@@ -140,12 +140,12 @@ def test_a_chapter_that_complains_is_not_kept(loop):
 
 
 def test_code_that_changes_while_chapters_run_is_noticed(loop):
-    loop.edit("tmalib/checks.py", lambda text: text + "\n")
+    loop.edit("tmalib/checks.py", lambda text: text + "\nCHANGED = 1\n")
     loop.prepare()
     loop.execute()
     loop.edit("notebooks/robustness/two.ipynb", lambda text: text.replace("print(2)", "print(5)"))
     assert loop.keep() == ["robustness/two.ipynb has changed its code since it was executed"]
-    loop.edit("tmalib/checks.py", lambda text: text + "\n")
+    loop.edit("tmalib/checks.py", lambda text: text + "\nCHANGED = 1\n")
     assert loop.prepare() == BOTH, "the key is that of the code before the execution"
 
 

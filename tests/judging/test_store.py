@@ -100,7 +100,7 @@ def test_a_line_that_the_task_does_not_use_changes_nothing(tmp_path, copy_of_lib
     store = tmp_path / "runs"
     run_copy(copy_of_library, store)
     with (copy_of_library / "tmalib" / "particles.py").open("a") as file:
-        file.write("# a remark\n")
+        file.write("CHANGED = True\n")
     run_copy(copy_of_library, store)
     assert len(list(store.glob("*.npz"))) == 1
 
@@ -128,7 +128,38 @@ def test_the_code_of_a_module_is_what_it_imports():
     assert {"tmalib/cones.py", "tmalib/checks.py", "tmalib/papers/conical_angles/quadratic.py"} <= names
     assert "tmalib/papers/conical_angles/published.csv" in names
     assert not {"tmalib/particles.py", "tmalib/papers/robustness/scenarios.py"} & names
-    everything = code.code_of_source("import tmalib as tma\nfrom numpy import pi")
+    everything = code.code_of_source("import tmalib as tma\nfrom numpy import pi\nprint(tma)")
     assert {ROOT / "tmalib/particles.py", ROOT / "tmalib/ghosts/turn.py"} <= everything
     assert code.code_of_source("from tmalib import figures") == {ROOT / "tmalib/figures.py"}
     assert code.code_of_source("import numpy") == set()
+
+
+@pytest.mark.parametrize(
+    ("source", "used", "unused"),
+    [
+        ("import tmalib as tma\ntma.fit(1)", "batch.py", "particles.py"),
+        ("import tmalib as tma\ndef f():\n    return tma.sir", "particles.py", "ghosts/turn.py"),
+        ("from tmalib import find_ghosts", "ghosts/turn.py", "particles.py"),
+        ("from tmalib import sensitivity as sens\nsens.worst_sup(1)", "sensitivity/worst.py", "batch.py"),
+        ("from tmalib.judging import judge", "judging/verdict.py", "judging/prose.py"),
+        ("from tmalib import judging\njudging.numbers", "judging/chapter.py", "judging/prose.py"),
+        ("from tmalib.papers.robustness.filters import filtered", "particles.py", "ghosts/turn.py"),
+    ],
+)
+def test_a_name_leads_to_the_module_that_has_it(source, used, unused):
+    names = {path.relative_to(ROOT / "tmalib").as_posix() for path in code.code_of_source(source)}
+    assert used in names
+    assert unused not in names
+
+
+def test_comments_and_layout_do_not_count(tmp_path):
+    one, two, three = (tmp_path / f"{name}.py" for name in ("one", "two", "three"))
+    one.write_text("x = [1, 2]  # a remark\n")
+    two.write_text("# another\nx = [\n    1,\n    2,\n]\n")
+    three.write_text("x = [1, 3]\n")
+    assert code.hash_of([one]) == code.hash_of([two]) != code.hash_of([three])
+    data = tmp_path / "data.csv"
+    data.write_text("1\n")
+    before = code.hash_of([data])
+    data.write_text("1\n\n")
+    assert code.hash_of([data]) != before, "of data every byte counts"
