@@ -18,7 +18,7 @@ True
 
 from . import sensitivity
 from .averaging import average_measurements
-from .batch import Fit, along_first_bearing, distinct_minima, fit
+from .batch import along_first_bearing, distinct_minima, fit
 from .bearings import Bearing, DelayedBearing, bearing, propagation_delay, wrap
 from .biased import Biased
 from .bounds import (
@@ -36,6 +36,7 @@ from .cones import BOTTOM_BOUNCE, DIRECT, SURFACE_BOUNCE, ConicalAngle, RayPath,
 from .consistency import Consistency, compare_with_truth, fit_over_time
 from .curved import AcceleratedBearing, TurningBearing
 from .doppler import DopplerFrequency
+from .estimate import Estimate, Fit
 from .ghosts import admissible, find_ghosts
 from .models import check_model
 from .montecarlo import Runs, Source, Statistics, Stream, monte_carlo, statistics
@@ -66,6 +67,7 @@ __all__ = [
     "DelayedBearingUnknownSpeed",
     "DopplerFrequency",
     "Ellipse",
+    "Estimate",
     "Fit",
     "ModifiedPolar",
     "ParticleTrack",

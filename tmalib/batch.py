@@ -11,96 +11,14 @@ processor's cache; results do not depend on the size of a block.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import cached_property
-
 import numpy as np
 
 from . import levenberg_marquardt
-from .bounds import crlb
 from .charts import Cartesian, ModifiedPolar
 from .checks import check_count, check_scalar
+from .estimate import Fit
 from .starts import find_start
 from .uniform import BENDING, PLANE, moving_pairs
-
-
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """Result of `fit`; every array has the batch shape of the measurements.
-
-    Attributes
-    ----------
-    state : ndarray, shape (..., n)
-        Estimate at the reference time; NaN only where the input was not finite.
-    converged : ndarray of bool
-    reason : ndarray of str
-        ``"converged"``, ``"iteration limit"``, ``"no step lowers the criterion"``, ``"no minimum at a
-        finite range"`` (the estimate ran beyond 1e9 m) or ``"measurement or start not finite"``.
-    iterations : ndarray of int
-        Evaluations of the model, the one at the start included.
-    cost : ndarray
-        Criterion C at the last evaluation; about N - n for a good model.
-    scenario : Scenario
-        What was assumed.
-    measured : ndarray, shape (..., N)
-
-    Examples
-    --------
-    >>> import numpy as np, tmalib as tma
-    >>> ship = tma.Course((0, 0), 5, 0.0, [tma.Straight(300), tma.Straight(300, heading=np.pi / 2)])
-    >>> ear = tma.Sensor(tma.Bearing(), times=np.arange(0, 600, 5.0), sigma=0.01)
-    >>> watch = tma.Scenario(ship, [ear], reference_time=595)
-    >>> truth = tma.Target((2e3, 4e3), speed=6, heading=1.5)
-    >>> found = tma.fit(watch, watch.with_target(truth).simulate(runs=1, seed=1)[0])  # no start, no target
-    >>> found
-    Fit(1 run, 1 converged; x, y, vx, vy at 595 s)
-    >>> bool(0.01 < found.p_value < 0.99), found.covariance.shape
-    (True, (4, 4))
-    """
-
-    state: np.ndarray
-    converged: np.ndarray
-    reason: np.ndarray
-    iterations: np.ndarray
-    cost: np.ndarray
-    scenario: object = field(repr=False)
-    measured: np.ndarray = field(repr=False)
-
-    def __repr__(self):
-        runs, names = self.converged.size, ", ".join(self.scenario.coordinates)
-        return (
-            f"Fit({runs} run{'s' * (runs != 1)}, {self.converged.sum()} converged; {names} at "
-            f"{self.scenario.reference_time:g} s)"
-        )
-
-    @property
-    def freedom(self):
-        """Degrees of freedom of the criterion: measurements less unknowns."""
-        return len(self.scenario.times) - len(self.scenario.coordinates)
-
-    @cached_property
-    def p_value(self):
-        """Chance of so large a criterion if model and sigmas are right, ``(...)``; NaN without freedom.
-
-        Small where the target turns, a bearing is wild or a unit is wrong; near one where sigma is too large.
-        """
-        from scipy.stats import chi2  # imported here: it costs half a second
-
-        return chi2.sf(self.cost, self.freedom) if self.freedom > 0 else np.full(self.cost.shape, np.nan)
-
-    @cached_property
-    def covariance(self):
-        """The bound at the estimate, ``(..., n, n)``; NaN where a run has not converged or has no bound."""
-        state = np.where(self.converged[..., None], self.state, np.nan)
-        if state.ndim == 1:
-            return crlb(self.scenario, state[None])[0]
-        return crlb(self.scenario, state)
-
-    @cached_property
-    def residuals(self):
-        """Measured minus predicted, in standard deviations, ``(..., N)``, in the scenario's order."""
-        predicted, _ = self.scenario.linearise(self.state)
-        return self.scenario.residual(self.measured, predicted) / self.scenario.sigma
 
 
 def first_bearing(scenario):
