@@ -35,6 +35,53 @@ def test_every_isolated_ghost_gives_the_same_measurements(legs, paths):
     assert any("mirror" in family.case for family in families)
 
 
+TWO = [tma.Straight(300), tma.Straight(300, heading=1.4)]
+
+
+def measured_between(scenario, first, last):
+    times = [np.clip(s.times, first, last) for s in scenario.sensors]
+    sensors = [replace(s, times=np.unique(t)) for s, t in zip(scenario.sensors, times, strict=True)]
+    return replace(scenario, sensors=sensors)
+
+
+@pytest.mark.parametrize(("first", "last", "heading"), [(0, 299, 0.3), (301, 600, 1.4), (300, 600, 1.4)])
+def test_the_legs_with_measurements_count(first, last, heading):
+    """Two legs, measured on one: the ghosts of a course that has this leg only."""
+    for paths in [(tma.BOTTOM_BOUNCE,), (tma.DIRECT, tma.BOTTOM_BOUNCE)]:
+        partly = measured_between(scenario(TWO, paths), first, last)
+        start = partly.platform.position_at(first)
+        alone = replace(partly, platform=tma.Course(start, 5.0, heading, [tma.Straight(600)], first))
+        found, expected = tma.find_ghosts(partly), tma.find_ghosts(alone)
+        assert [f.case for f in found] == [f.case for f in expected] != []
+        for family, other in zip(found, expected, strict=True):
+            values = dict.fromkeys(family.parameters, 700.0)
+            one, two = family.target(**values), other.target(**values)
+            np.testing.assert_allclose(one.position_at([0, 600]), two.position_at([0, 600]), atol=1e-6)
+
+
+def test_two_legs_of_three_and_two_that_are_one():
+    expected = tma.find_ghosts(scenario(TWO))
+    start = scenario(TWO).platform.position_at(0.0) - 100 * np.array([np.sin(2.0), np.cos(2.0)])
+    before = [tma.Straight(20), tma.Straight(300, heading=0.3), TWO[1]]
+    three = replace(scenario(TWO), platform=tma.Course(start, 5.0, 2.0, before, start_time=-20.0))
+    after = replace(three, platform=tma.Course((0, 0), 5.0, 0.3, [*TWO, tma.Turn(100, 0.02)]))
+    for longer in (three, after):
+        longer = measured_between(longer, 0, 599)
+        (family,) = tma.find_ghosts(longer)
+        assert family.case == expected[0].case == "depth mirror"
+        assert family.target().depth == pytest.approx(expected[0].target().depth)
+    one = tma.find_ghosts(scenario([tma.Straight(200), tma.Straight(400)]))
+    assert [f.case for f in one] == [f.case for f in tma.find_ghosts(scenario([tma.Straight(600)]))]
+
+
+def test_legs_that_do_not_follow_each_other_are_refused():
+    apart = [tma.Straight(200), tma.Turn(200, 0.005), tma.Straight(200)]
+    (sensor,) = scenario(apart).sensors
+    gap = replace(sensor, times=sensor.times[(sensor.times < 200) | (sensor.times > 400)])
+    with pytest.raises(ValueError, match=r"two Straight legs, one after the other.*legs \[0, 2\]"):
+        tma.find_ghosts(replace(scenario(apart), sensors=[gap]))
+
+
 def test_what_is_not_covered_is_refused():
     turning = scenario([tma.Straight(200), tma.Turn(200, 0.005), tma.Straight(200)])
     with pytest.raises(ValueError, match="leg"):

@@ -491,3 +491,123 @@ def test_members_on_the_array_are_refused():
     parallel = ghosts_of_one_leg(scenario_of((500, 90), (0, 1), 100.0, [tma.DIRECT]))[0]
     with pytest.raises(ValueError, match="on the array's line"):
         parallel.target(across=0.0, depth=200.0)
+
+
+# -- right over the array ---------------------------------------------------------------------------
+
+
+@pytest.fixture
+def overhead_allowed(monkeypatch):
+    """A conical angle has a value for a target right above or below the array."""
+    monkeypatch.setattr("tmalib.scenario.TOUCHING", -1.0, raising=False)
+
+
+@pytest.mark.parametrize("rays", ["direct", "bottom", "surface", "two"])
+@pytest.mark.parametrize("when", [0.0, 150.0, 600.0])
+def test_right_over_the_array_at_a_measurement(overhead_allowed, rays, when):
+    """The cases of any target, every member the same, and a search finds no other."""
+    rng = np.random.default_rng(31)
+    for parallel in (False, True):
+        u, v = rng.uniform(1, 5) * (not parallel), rng.choice([-1, 1]) * rng.uniform(1, 5)
+        scenario = scenario_of((-u * when, -v * when), (u, v), 300.0, paths_of(rays), heading=0.7)
+        gap = scenario.target.position_at(when) - scenario.platform.position_at(when)
+        assert np.hypot(*gap) < 1e-9
+        families = ghosts_of_one_leg(scenario)
+        expected = EXPECTED_TWO if rays == "two" else EXPECTED_ONE
+        cases = {family.case: sorted(family.parameters) for family in families}
+        assert cases == expected["parallel" if parallel else "general"]
+        for family in families:
+            for ghost in sample(rng, family):
+                assert same(scenario, ghost)
+        found = search(scenario, rng, 24)
+        assert found
+        for candidate in found:
+            assert distance(scenario, families, candidate) < 1e-3
+
+
+def test_at_rest_right_over_the_array(overhead_allowed):
+    for rays in ("direct", "bottom", "two"):
+        scenario = scenario_of((0, 0), (0, 0), 300.0, paths_of(rays), heading=0.7)
+        assert np.abs(scenario.measure()).max() < 1e-12
+        (family,) = ghosts_of_one_leg(scenario)
+        assert family.case == "broadside"
+        assert same(scenario, family.target(across_start=-40.0, across_end=900.0, depth=1.0))
+
+
+@pytest.mark.parametrize("rays", ["direct", "two"])
+def test_a_target_that_passes_through_the_array_is_refused(rays):
+    for x, y, u, v in [(0, 2000, 0, -4.5), (1000, 2000, -2.25, -4.5)]:
+        with pytest.raises(ValueError, match="passes through the array"):
+            ghosts_of_one_leg(scenario_of((x, y), (u, v), 200.0, paths_of(rays)))
+
+
+# -- special for the numbers given ------------------------------------------------------------------
+
+
+def disturbed(scenario, by, rng):
+    """The same scenario with every number of the target changed by less than ``by`` metres (at the end)."""
+    target, change = scenario.target, rng.uniform(-by, by, 5)
+    moved = tma.Target.from_velocity(
+        target.position + change[:2], target.velocity + change[2:4] / 600, target.depth + change[4]
+    )
+    return replace(scenario, target=moved)
+
+
+SPECIAL = [(rays, shape) for rays in ("direct", "bottom", "two") for shape in SHAPES if "bottom" not in shape]
+
+
+@pytest.mark.parametrize(("rays", "shape"), SPECIAL)
+def test_a_millimetre_leaves_a_case_what_it_is(rays, shape):
+    """Positions to a millimetre; every member agrees within twice the tolerance, and mostly much better."""
+    rng = np.random.default_rng(17)
+    for _ in range(4):
+        exact = geometry(rng, shape, paths_of(rays), np.radians(rng.integers(360)))
+        rounded = disturbed(exact, 5e-4, rng)
+        families = ghosts_of_one_leg(rounded)
+        assert [f.case for f in families] == [f.case for f in ghosts_of_one_leg(exact)]
+        for family in families:
+            ghosts = sample(rng, family)
+            assert len(ghosts) == 6, "none is refused"
+            for ghost in ghosts:
+                error = np.abs(replace(rounded, target=ghost).measure() - rounded.measure()).max()
+                assert error < 2e-6
+
+
+def test_how_much_is_special_is_the_users_choice():
+    rng = np.random.default_rng(5)
+    exact = geometry(rng, "parallel", [tma.DIRECT], np.radians(45))
+    choices = [(1e-9, 1e-6, "parallel"), (1e-3, 1e-12, "homothetic"), (1.0, 1e-3, "parallel")]
+    for by, tolerance, case in choices:
+        assert ghosts_of_one_leg(disturbed(exact, by, rng), tolerance=tolerance)[0].case == case
+    for wrong in (0.0, 1e-13, 2e-3, np.nan):
+        with pytest.raises(ValueError, match="tolerance"):
+            ghosts_of_one_leg(exact, tolerance=wrong)
+
+
+@pytest.mark.parametrize("rays", ["direct", "two"])
+def test_no_member_differs_noticeably(rays):
+    """From rounding to ten metres off a special case: whatever is claimed, the bound holds."""
+    rng = np.random.default_rng(29)
+    for shape in SHAPES:
+        for by in 10.0 ** np.arange(-10, 2):
+            for tolerance in (1e-9, 1e-6, 1e-4):
+                scenario = disturbed(geometry(rng, shape, paths_of(rays)), by, rng)
+                if not 0 <= scenario.target.depth <= 4000.0:
+                    continue
+                for family in ghosts_of_one_leg(scenario, tolerance=tolerance):
+                    for ghost in sample(rng, family):
+                        change = np.abs(replace(scenario, target=ghost).measure() - scenario.measure())
+                        assert change.max() <= 2 * tolerance
+
+
+def test_the_origin_of_coordinates_does_not_count():
+    """On a national grid, 5000 km from its origin, a metre is not nothing."""
+    near = scenario_of((3000, 5000), (1e-3, 3.0), 100.0, [tma.DIRECT])
+    far = np.array([4e5, 5e6])
+    moved = replace(
+        near,
+        target=tma.Target.from_velocity(near.target.position + far, near.target.velocity, depth=100.0),
+        platform=replace(near.platform, start=near.platform.start + far),
+    )
+    assert [f.case for f in ghosts_of_one_leg(moved)] == ["homothetic", "mirror-homothetic"]
+    assert [f.case for f in ghosts_of_one_leg(moved, tolerance=1e-3)] == ["parallel"]

@@ -418,3 +418,129 @@ def test_bad_sensors():
     bearing = tma.Sensor(tma.Bearing(), sensor.times, 0.01)
     with pytest.raises(ValueError, match="one ConicalAngle"):
         ghosts_of_two_legs(replace(scenario, sensors=[bearing]))
+
+
+# -- right over the array -----------------------------------------------------------------------------
+
+
+@pytest.fixture
+def overhead_allowed(monkeypatch):
+    """A conical angle has a value for a target right above or below the array."""
+    monkeypatch.setattr("tmalib.scenario.TOUCHING", -1.0, raising=False)
+
+
+def with_instants(scenario, *more):
+    (sensor,) = scenario.sensors
+    return replace(scenario, sensors=[replace(sensor, times=np.union1d(sensor.times, more))])
+
+
+OVERHEAD = [kind for kind in KINDS if "overhead" in kind and "level" not in kind]
+
+
+@pytest.mark.parametrize("kind", OVERHEAD)
+def test_right_over_the_array_at_a_measurement(overhead_allowed, kind):
+    """The turn itself is measured."""
+    rng = np.random.default_rng([10, OVERHEAD.index(kind)])
+    for _ in range(4):
+        scenario = with_instants(draw(kind, rng), 1.0)
+        families = ghosts_of_two_legs(scenario)
+        assert families
+        for family in families:
+            for ghost in members(family, scenario, rng):
+                assert disagreement(scenario, ghost) < 1e-12
+                own = replace(scenario, target=ghost).measure()
+                np.testing.assert_allclose(own, scenario.measure(), atol=1e-12)
+    for state in search(scenario, rng, 12):
+        assert known(scenario, families, state), (state, [family.case for family in families])
+
+
+@pytest.mark.parametrize("path", [tma.DIRECT, tma.BOTTOM_BOUNCE])
+@pytest.mark.parametrize("turned", [1.1, 2.5, np.pi])
+@pytest.mark.parametrize("leg", [0, 1])
+def test_right_over_the_array_during_all_of_a_leg(overhead_allowed, path, turned, leg):
+    """Relative rest, broadside in that leg: kappa = 2 + 2 cos(turn) < 1 has a ghost, too."""
+    headings = (0.3, 0.3 + turned)
+    scenario = with_instants(build([0, 0], unit(headings[leg]), headings, path), 1.0)
+    families, rng = ghosts_of_two_legs(scenario), np.random.default_rng(16)
+    cases = [family.case for family in families]
+    ghost = [f"broadside in leg {leg + 1}"] * (2 if turned > 2 * np.pi / 3 else 0)
+    assert cases == (["parallel course"] if turned == np.pi else ["depth mirror", *ghost])
+    for family in families:
+        for target in members(family, scenario, rng):
+            assert disagreement(scenario, target) < 1e-12
+    for state in search(scenario, rng, 20):
+        assert known(scenario, families, state), (state, cases)
+
+
+def test_right_over_the_array_during_a_leg(overhead_allowed):
+    """Before the turn, at an instant: nothing special."""
+    rng = np.random.default_rng(12)
+    for _ in range(6):
+        velocity = rng.uniform(-1, 1, 2)
+        scenario = with_instants(build(0.5 * (velocity - unit(0.3)), velocity), 0.5)
+        gap = scenario.target.position_at(0.5) - scenario.platform.position_at(0.5)
+        assert np.hypot(*gap) < 1e-12
+        (family,) = ghosts_of_two_legs(scenario)
+        assert family.case == "depth mirror"
+        assert disagreement(scenario, family.target()) < 1e-12
+
+
+# -- special for the numbers given --------------------------------------------------------------------
+
+
+def disturbed(scenario, by, rng):
+    """Every number of target and array changed by less than ``by``; lengths here are of the order of one."""
+    target, course, change = scenario.target, scenario.platform, rng.uniform(-by, by, 8)
+    moved = tma.Target.from_velocity(
+        target.position + change[:2], target.velocity + change[2:4], target.depth + change[4], target.time
+    )
+    first, second = course.legs
+    second = replace(second, heading=second.heading + change[6])
+    return replace(
+        scenario,
+        target=moved,
+        platform=replace(course, heading=course.heading + change[5], legs=[first, second]),
+    )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_case_holds_for_the_numbers_given(kind):
+    """Numbers to 2e-8, and to 5e-10 for a target that meets the array, thus the cases of exact numbers."""
+    rng = np.random.default_rng([13, KINDS.index(kind)])
+    for _ in range(4):
+        exact = draw(kind, rng)
+        rounded = disturbed(exact, 5e-10 if "overhead" in kind and "level" in kind else 2e-8, rng)
+        families = ghosts_of_two_legs(rounded)
+        assert [f.case for f in families] == [f.case for f in ghosts_of_two_legs(exact)]
+        for family in families:
+            ghosts = members(family, rounded, rng)
+            assert ghosts
+            for ghost in ghosts:
+                own = replace(rounded, target=ghost).measure()
+                assert np.abs(own - rounded.measure()).max() <= 2e-6
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_member_differs_noticeably(kind):
+    rng = np.random.default_rng([14, KINDS.index(kind)])
+    for by in 10.0 ** np.arange(-12, -1):
+        for tolerance in (1e-9, 1e-6, 1e-4):
+            scenario = disturbed(draw(kind, rng), by, rng)
+            try:
+                families = ghosts_of_two_legs(scenario, tolerance=tolerance)
+            except ValueError:  # through the array during a leg
+                continue
+            for family in families:
+                for ghost in members(family, scenario, rng, count=2):
+                    change = np.abs(replace(scenario, target=ghost).measure() - scenario.measure())
+                    assert change.max() <= 2 * tolerance, (family.case, by, tolerance)
+
+
+def test_how_much_is_special_is_the_users_choice():
+    for off, count in ((1e-7, 3), (1e-4, 1)):
+        scenario = build([off, 0], -0.2 * (unit(0.3) + unit(1.4)))
+        assert len(ghosts_of_two_legs(scenario)) == count
+        assert len(ghosts_of_two_legs(scenario, tolerance=1e-3)) == 3
+        assert len(ghosts_of_two_legs(scenario, tolerance=1e-12)) == 1
+    with pytest.raises(ValueError, match="tolerance must be at most"):
+        ghosts_of_two_legs(scenario, tolerance=0.1)

@@ -6,26 +6,35 @@ and families with free parameters, each with the case of the theorem that it com
 admissibility is reported by `admissible`, not applied.
 """
 
-from .family import Family, admissible
+from .family import TOLERANCE, Family, admissible, check_tolerance
 from .one_leg import ghosts_of_one_leg
+from .turn import measured_on_a_turn
 from .two_legs import ghosts_of_two_legs
 
 __all__ = ["Family", "admissible", "find_ghosts", "ghosts_of_one_leg", "ghosts_of_two_legs"]
 
 
-def find_ghosts(scenario):
+def find_ghosts(scenario, *, tolerance=TOLERANCE):
     """All targets with the same noise-free cosines of conical angles as the scenario's target.
 
     Parameters
     ----------
     scenario : Scenario
-        A `Target` with a depth, a `Course` of one or two straight legs, `ConicalAngle` sensors.
+        A `Target` with a depth, `ConicalAngle` sensors, and a platform that is on one straight leg while it
+        measures, or on two straight legs of a `Course`. Legs without measurements play no part.
+    tolerance : float
+        What is special for the numbers given, between 1e-12 and 1e-3. A special case (broadside, parallel,
+        the same depth, over the array, ...) holds if a target exactly in that case (for a U-turn, an array)
+        is nearer than ``tolerance`` times the distance from array to target, in every coordinate at all
+        times, *and* its cosines are nearer than ``tolerance``. The default, 1e-6, is a millimetre in a
+        kilometre.
 
     Returns
     -------
     list of Family
         See `ghosts_of_one_leg` (one ray, or direct and bottom-bounced ray) and `ghosts_of_two_legs`
-        (one ray) for the cases and for what is refused.
+        (one ray) for the cases and for what is refused. The cosines of every member are the target's within
+        ``2 tolerance``; each is compared when it is made. The list is complete for the nearest special case.
 
     Raises
     ------
@@ -36,5 +45,5 @@ def find_ghosts(scenario):
     -----
     Source: `conical-angles`, Theorems 1 to 3, as corrected in the book.
     """
-    legs = getattr(scenario.platform, "legs", ())
-    return (ghosts_of_two_legs if len(legs) == 2 else ghosts_of_one_leg)(scenario)
+    turned = measured_on_a_turn(scenario, check_tolerance(tolerance))
+    return (ghosts_of_two_legs if turned else ghosts_of_one_leg)(scenario, tolerance=tolerance)

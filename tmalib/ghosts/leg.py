@@ -8,45 +8,77 @@ import numpy as np
 
 from ..cones import BOTTOM_BOUNCE, DIRECT, ConicalAngle
 from ..motion import Target
+from .family import ROUNDING
 
-# What is zero up to rounding: lengths, relative to the largest coordinate in the scenario. It is some
-# hundred times the rounding error of a position, and moves a cosine by less than 1e-12.
-TOLERANCE = 1e-13
 INSTANTS = 4
 
 
 @dataclass(frozen=True)
 class ArrayLeg:
-    """The array during its measurements: times and positions at both ends, axes, depths, and a length
-    below which all is rounding."""
+    """The array during its measurements, and the target.
 
-    times: np.ndarray
+    ``tiny`` is the length below which all is rounding, ``slack`` the length by which the target may be moved
+    to make it special, and ``tolerance`` what its cosines may change by that.
+    """
+
+    times: np.ndarray  # both ends
     positions: np.ndarray
     axes: np.ndarray  # rows: unit vectors across (to the right) and ahead
     array_depth: float
     bottom_depth: float
+    target: tuple  # across and ahead at both ends, and depth
+    share: np.ndarray  # of the leg, at every measurement
+    images: np.ndarray  # its ray's slope and offset
+    measured: np.ndarray
     tiny: float
+    slack: float
+    tolerance: float
+
+    def cosines(self, x, y, depth):
+        """All measurements of a target with these relative coordinates; NaN on the array."""
+        across, ahead = (start + self.share * (end - start) for start, end in (x, y))
+        slope, offset = self.images
+        zeta = slope * depth + (offset - self.array_depth)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return ahead / np.sqrt(across**2 + ahead**2 + zeta**2)
+
+    def holds(self, x, y, depth):
+        """Whether the target is this one, for the numbers given: in every coordinate and every cosine."""
+        pairs = zip((x, y, depth), self.target, strict=True)
+        moved = max(np.max(np.abs(new - old)) for new, old in pairs)
+        if not moved <= self.slack:
+            return False
+        change = np.abs(self.cosines(x, y, depth) - self.measured)
+        return bool(np.all(change <= self.tolerance))
 
     def member(self, x, y, depth, path=DIRECT):
         """The target with the relative positions ``(x, y)`` at both ends."""
         x, y = np.broadcast_to(x, 2), np.broadcast_to(y, 2)
-        passes = abs(x[0] * y[1] - x[1] * y[0]) <= self.tiny * np.hypot(x, y).max()
-        passes &= x[0] * x[1] + y[0] * y[1] <= self.tiny**2
-        if passes and abs(self.zeta(path, depth)) <= self.tiny:
+        if self.passes(x, y) and abs(self.zeta(path, depth)) <= self.tiny:
             raise ValueError(f"this member would pass through the array: across {x}, ahead {y} m, no depth")
         start, end = self.positions + np.stack([x, y], axis=1) @ self.axes
         return Target.from_velocity(
             start, (end - start) / np.diff(self.times), depth=depth, time=self.times[0]
         )
 
+    def passes(self, x, y):
+        """Whether a track leads right over or under the array."""
+        beside = abs(x[0] * y[1] - x[1] * y[0]) <= self.tiny * np.hypot(x, y).max()
+        return beside and x[0] * x[1] + y[0] * y[1] <= self.tiny**2
+
+    def must_not_pass(self, path):
+        """`ValueError` for a target that goes through the array, where it has no cosine."""
+        x, y, depth = self.target
+        if self.passes(x, y) and abs(self.zeta(path, depth)) <= self.tiny:
+            raise ValueError(f"the target passes through the array: across {x}, ahead {y} m, no depth")
+
     def zeta(self, path, depth):
         slope, offset = path.image(self.bottom_depth)
         return slope * depth + (offset - self.array_depth)  # in the order of `ConicalAngle`
 
 
-def straight_leg(scenario):
-    """The leg, the target's relative coordinates ``x`` and ``y`` at both ends, its depth, and the ray path
-    (None for direct and bottom); `ValueError` for a scenario that is not covered."""
+def straight_leg(scenario, tolerance):
+    """The leg, and the ray path (None for direct and bottom); `ValueError` for what is not covered."""
     target, models = scenario.target, [sensor.model for sensor in scenario.sensors]
     if not isinstance(target, Target) or target.depth is None:
         raise ValueError(f"the target must be a Target with a depth, got {target!r}")
@@ -62,8 +94,8 @@ def straight_leg(scenario):
         raise ValueError(f"the target's depth must be between 0 and {bottom_depth}, got {target.depth}")
 
     instants = {}  # a path by its image: (1, 0, 0) and (-1, 0, 0) are one
-    for sensor in scenario.sensors:
-        image = sensor.model.path.image(bottom_depth)
+    images = [sensor.model.path.image(bottom_depth) for sensor in scenario.sensors]
+    for image, sensor in zip(images, scenario.sensors, strict=True):
         instants[image] = np.union1d(instants.get(image, []), sensor.times)
     pair = {path.image(bottom_depth) for path in (DIRECT, BOTTOM_BOUNCE)}
     if len(instants) > 1 and set(instants) != pair:
@@ -75,19 +107,25 @@ def straight_leg(scenario):
     times = np.unique(scenario.times)
     ends = times[[0, -1]]
     place = np.concatenate([block.observer for block in scenario.blocks], axis=1)
-    positions = scenario.platform.position_at(ends)
-    extent = [positions, target.position_at(ends), target.velocity * np.abs(ends - target.time).max()]
-    tiny = TOLERANCE * max(np.abs(part).max() for part in extent)
+    positions, sites = scenario.platform.position_at(ends), target.position_at(ends)
+    sin, cos = place[2:, 0]
+    axes = np.array([[cos, -sin], [sin, cos]])
+    x, y = axes @ (sites - positions).T
+    images = np.repeat(np.transpose(images), [len(sensor) for sensor in scenario.sensors], axis=1)
+    zeta = images[0] * target.depth + (images[1] - array_depth)
+
+    extent = [positions, sites, target.velocity * np.abs(ends - target.time).max()]
+    tiny = ROUNDING * max(np.abs(part).max() for part in extent)
+    slack = max(tiny, tolerance * max(np.abs(part).max() for part in (x, y, zeta)))
     share = (scenario.times - ends[0]) / (ends[1] - ends[0])
+    leg = ArrayLeg(
+        ends, positions, axes, array_depth, bottom_depth, (x, y, target.depth),
+        share, images, scenario.measure(), tiny, slack, tolerance,
+    )  # fmt: skip
     straight = positions[0] + share[:, None] * (positions[1] - positions[0])
     turned = np.abs(place[2:] - place[2:, :1]).max()
-    if turned > TOLERANCE or np.abs(place[:2].T - straight).max() > tiny:
+    if turned > tolerance or np.abs(place[:2].T - straight).max() > slack or not leg.holds(*leg.target):
         raise ValueError(
             "the platform must keep its velocity and heading while it measures: one straight leg"
         )
-
-    sin, cos = place[2:, 0]
-    axes = np.array([[cos, -sin], [sin, cos]])
-    leg = ArrayLeg(ends, positions, axes, array_depth, bottom_depth, tiny)
-    x, y = axes @ (target.position_at(ends) - positions).T
-    return leg, x, y, target.depth, models[0].path if len(instants) == 1 else None
+    return leg, models[0].path if len(instants) == 1 else None

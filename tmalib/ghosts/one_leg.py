@@ -23,13 +23,13 @@ from __future__ import annotations
 import numpy as np
 
 from ..cones import DIRECT
-from .family import Family
+from .family import TOLERANCE, Family, check_tolerance, verified
 from .leg import straight_leg
 
 ANY, POSITIVE = (-np.inf, np.inf), (0.0, np.inf)
 
 
-def ghosts_of_one_leg(scenario):
+def ghosts_of_one_leg(scenario, *, tolerance=TOLERANCE):
     """All targets with the same noise-free cosines of conical angles, seen from one straight leg.
 
     Parameters
@@ -38,6 +38,8 @@ def ghosts_of_one_leg(scenario):
         A `Target` with a depth in the water; a platform on one straight leg of constant velocity and
         heading while it measures; `ConicalAngle` sensors along one ray path, or along the direct path and
         the bottom bounce, each with four instants or more. An assumed depth plays no part.
+    tolerance : float
+        What is special for the numbers given (see `find_ghosts`).
 
     Returns
     -------
@@ -80,27 +82,28 @@ def ghosts_of_one_leg(scenario):
     homothetic: 297.44 m
     mirror-homothetic: 297.44 m
     """
-    leg, x, y, depth, path = straight_leg(scenario)
-    return _one_ray(leg, x, y, depth, path) if path else _two_rays(leg, x, y, depth)
+    leg, path = straight_leg(scenario, check_tolerance(tolerance))
+    found = _one_ray(leg, path) if path else _two_rays(leg)
+    return verified(scenario, found, leg.tolerance)
 
 
-def _one_ray(leg, x, y, depth, path, theorem=1):
-    """Theorem 1, corrected. ``x`` and ``y`` are the target's relative coordinates at both ends."""
+def _one_ray(leg, path, theorem=1):
+    """Theorem 1, corrected: the most special case that holds for the numbers given."""
 
     def family(case, number, make, **parameters):
         return Family(case, f"conical-angles, Theorem {theorem}, {number}", make, parameters)
 
     water = (0.0, leg.bottom_depth)
-    zeta = leg.zeta(path, depth)
-    level, parallel = abs(zeta) <= leg.tiny, abs(x[1] - x[0]) <= leg.tiny
+    x, y, depth = leg.target
 
-    if np.all(np.abs(y) <= leg.tiny):
+    if leg.holds(x, 0 * y, depth):
 
         def broadside(across_start, across_end, depth):
             return leg.member((across_start, across_end), 0.0, depth, path)
 
         return [family("broadside", "case 1", broadside, across_start=ANY, across_end=ANY, depth=water)]
 
+    leg.must_not_pass(path)
     side = np.sign(y[0])
     slope, offset = path.image(leg.bottom_depth)
     same_depth = min(max((leg.array_depth - offset) / slope, 0.0), leg.bottom_depth)  # where zeta = 0 ...
@@ -116,9 +119,23 @@ def _one_ray(leg, x, y, depth, path, theorem=1):
         return make
 
     ranges = dict(range_start=POSITIVE, range_end=POSITIVE)
-    if level and np.all(np.abs(x) <= leg.tiny):
+    level = reachable and leg.holds(x, y, same_depth)
+    if level and y[0] * y[1] > 0 and leg.holds(0 * x, y, same_depth):
         return [family("endfire", "case 2", radial(0.0), **ranges)]
 
+    beside, line = np.full(2, x.mean()), _on_one_line(x, y)
+    at_rest = leg.holds(beside, np.full(2, y.mean()), depth)
+    straight_at = level and np.vecdot(*line.T) > 0 and leg.holds(*line, same_depth)
+    parallel = leg.holds(beside, y, depth)
+    if at_rest:
+        x, y = beside, np.full(2, y.mean())
+    elif straight_at:
+        (x, y), depth = line, same_depth
+    elif parallel:
+        x = beside
+    elif level:
+        depth = same_depth
+    zeta = leg.zeta(path, depth)
     across_length = np.hypot(x[0], zeta)  # not zero here unless x changes
 
     def parallel_members(ahead):
@@ -130,8 +147,7 @@ def _one_ray(leg, x, y, depth, path, theorem=1):
 
         return make
 
-    at_rest = parallel and abs(y[1] - y[0]) <= leg.tiny
-    if at_rest or (level and abs(x[0] * y[1] - x[1] * y[0]) <= leg.tiny * np.hypot(x, y).max()):
+    if at_rest or straight_at:
         rest = parallel_members(np.full(2, y[0]))
         found = [family("relative rest", "constant cosine", rest, across=ANY, depth=water)]
         if reachable:
@@ -160,11 +176,13 @@ def _one_ray(leg, x, y, depth, path, theorem=1):
     ]
 
 
-def _two_rays(leg, x, y, depth):
+def _two_rays(leg):
     """Theorem 3, corrected."""
+    x, y, depth = leg.target
     below_array, below = leg.bottom_depth - leg.array_depth, leg.bottom_depth - depth  # dO, dT
-    if below_array <= leg.tiny or np.all(np.abs(y) <= leg.tiny):
-        return _one_ray(leg, x, y, depth, DIRECT, theorem=3)  # both rays are one, or tell nothing
+    if below_array <= leg.slack or leg.holds(x, 0 * y, depth):
+        return _one_ray(leg, DIRECT, theorem=3)  # both rays are one, or tell nothing
+    leg.must_not_pass(DIRECT)
 
     def family(case, number, make, **parameters):
         return Family(case, f"conical-angles, Theorem 3, {number}", make, parameters)
@@ -172,22 +190,23 @@ def _two_rays(leg, x, y, depth):
     def isolated(case, mirror, beta, depth):
         return family(case, "case 4", lambda: leg.member(mirror * beta * x, beta * y, depth))
 
-    zeta = below_array - below
-    parallel = abs(x[1] - x[0]) <= leg.tiny
-    if parallel and below <= leg.tiny:
+    on_the_bottom, level = leg.holds(x, y, leg.bottom_depth), leg.holds(x, y, leg.array_depth)
+    beside = np.full(2, x.mean())
+    if leg.holds(beside, y, leg.bottom_depth):
 
         def on_bottom(across):
-            beta = np.hypot(across, zeta) / np.hypot(x[0], zeta)
-            return leg.member(across, beta * y, depth)
+            beta = np.hypot(across, below_array) / np.hypot(beside[0], below_array)
+            return leg.member(across, beta * y, leg.bottom_depth)
 
         return [family("parallel on the bottom", "target on the bottom", on_bottom, across=ANY)]
 
-    if parallel:
-        square = x[0] ** 2 + zeta**2
-        if square <= leg.tiny**2:
-            return []  # endfire: the second ray gives the range
+    if leg.holds(0 * x, y, leg.array_depth):
+        return []  # endfire: the second ray gives the range
 
-        def beside(mirror):
+    if leg.holds(beside, y, depth):
+        square = beside[0] ** 2 + (below_array - below) ** 2
+
+        def abreast(mirror):
             def make(depth):
                 d = leg.bottom_depth - depth
                 radicand = d / below * square - (below_array - d) ** 2
@@ -200,17 +219,24 @@ def _two_rays(leg, x, y, depth):
         largest = half + np.sqrt(half**2 - below_array**2)
         depths = (max(0.0, leg.bottom_depth - largest), leg.bottom_depth - below_array**2 / largest)
         return [
-            family("parallel, right", "case 3", beside(1), depth=depths),
-            family("parallel, left", "case 3", beside(-1), depth=depths),
+            family("parallel, right", "case 3", abreast(1), depth=depths),
+            family("parallel, left", "case 3", abreast(-1), depth=depths),
         ]
 
     found = [isolated("mirror", -1, 1.0, depth)]
-    if abs(zeta) > leg.tiny and below > leg.tiny:
+    if not level and not on_the_bottom:
         beta = below_array / below
         other = leg.bottom_depth - below_array * beta
         found.append(isolated("homothetic", 1, beta, other))
         found.append(isolated("mirror-homothetic", -1, beta, other))
     return found
+
+
+def _on_one_line(x, y):
+    """The nearest ``(x, y)`` whose two positions are on one line through the array."""
+    positions = np.stack([x, y], axis=1)
+    direction = np.linalg.svd(positions)[2][0]
+    return np.outer(direction, positions @ direction)
 
 
 def _positive(beta):

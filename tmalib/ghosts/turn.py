@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
 
 from ..cones import ConicalAngle
 from ..motion import Course, Target
-from .family import Family
+from .family import ROUNDING, Family
 
-# What is zero up to rounding: lengths, relative to the largest length in the scenario; velocities, relative
-# to the sum of both speeds; sines of angles.
-TOLERANCE = 1e-13
 INSTANTS = 5
 
 
 @dataclass(frozen=True)
 class TurnMoment:
-    """The moment of the turn. Row i of ``e``, ``n``, ``V``, ``w`` belongs to leg i."""
+    """The moment of the turn. Row i of ``e``, ``n``, ``V``, ``w`` belongs to leg i.
+
+    Lengths are zero up to rounding relative to ``length``; ``slack`` is the length by which array and target
+    may be moved to make them special, and ``tolerance`` what cosines and headings may change by that.
+    """
 
     time: float
     durations: tuple  # seconds observed before and after
@@ -31,6 +32,30 @@ class TurnMoment:
     depth: float
     model: ConicalAngle
     length: float
+    instants: np.ndarray  # seconds since the turn
+    measured: np.ndarray
+    given: tuple  # e, p, V_T and depth of the scenario
+    slack: float
+    tolerance: float
+
+    @property
+    def cosines(self):
+        """All measurements; NaN on the array."""
+        leg = (self.instants >= 0).astype(int)
+        across, ahead = np.moveaxis(self.p + self.instants[:, None] * self.w[leg], -1, 0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            distance = np.sqrt(across**2 + ahead**2 + self.zeta**2)
+            return (across * self.e[leg, 0] + ahead * self.e[leg, 1]) / distance
+
+    def if_holds(self, **changes):
+        """This moment with other values, if it is the scenario's for the numbers given; None otherwise."""
+        other = replace(self, **changes)
+        e, p, velocity, depth = self.given
+        moved = [other.p - p, (other.V_T - velocity) * max(self.durations), other.depth - depth]
+        moved += [(other.e - e) * self.speed * max(self.durations)]
+        near = max(np.max(np.abs(part)) for part in moved) <= self.slack
+        near = near and np.max(np.abs(other.e - e)) <= self.tolerance
+        return other if near and np.all(np.abs(other.cosines - self.measured) <= self.tolerance) else None
 
     @cached_property
     def n(self):
@@ -74,13 +99,11 @@ class TurnMoment:
         return self.zero(self.p)
 
     def zero(self, length):
-        return bool(np.all(np.abs(length) <= TOLERANCE * self.length))
+        return bool(np.all(np.abs(length) <= ROUNDING * self.length))
 
     def still(self, velocity):
-        return bool(np.all(np.abs(velocity) <= TOLERANCE * (self.speed + np.hypot(*self.V_T))))
-
-    def broadside(self, i):
-        return self.zero(self.e[i] @ self.p) and self.still(self.e[i] @ self.w[i])
+        """Whether a velocity moves nothing, for the numbers given."""
+        return bool(np.all(np.abs(velocity) * max(self.durations) <= self.slack))
 
     def mirrored(self, i, vector):
         return 2 * (self.e[i] @ vector) * self.e[i] - vector
@@ -115,7 +138,24 @@ def cross(a, b):
     return a[0] * b[1] - a[1] * b[0]
 
 
-def turn_of(scenario):
+def measured_legs(scenario):
+    """Indices of the legs of a `Course` on which there are measurements."""
+    return np.unique(np.searchsorted(scenario.platform.leg_starts[:, 0], scenario.times, side="right") - 1)
+
+
+def measured_on_a_turn(scenario, tolerance):
+    """Whether there are measurements on two legs, of different headings."""
+    if not isinstance(scenario.platform, Course) or len(legs := measured_legs(scenario)) != 2:
+        return False
+    first, second = scenario.platform.leg_starts[legs, 3]
+    return not _same_heading(first, second, tolerance)
+
+
+def _same_heading(first, second, tolerance):
+    return abs(np.sin(second - first)) <= tolerance and np.cos(second - first) > 0
+
+
+def turn_of(scenario, tolerance):
     """The moment of the turn, or `ValueError` for a scenario that is not covered."""
     target, course = scenario.target, scenario.platform
     if not isinstance(target, Target) or target.depth is None:
@@ -126,27 +166,39 @@ def turn_of(scenario):
     (sensor,) = scenario.sensors
     if sensor.model.heading_lag:
         raise ValueError(f"heading_lag must be 0, got {sensor.model.heading_lag}")
-    if not isinstance(course, Course) or len(course.legs) != 2 or any(leg.rate for leg in course.legs):
-        raise ValueError(f"platform must be a Course of two Straight legs, got {course!r}")
-    (*_, heading, speed, _), (time, *place, heading_2, speed_2, _) = course.leg_starts
-    if not speed > 0 or abs(speed_2 - speed) > TOLERANCE * speed:
-        raise ValueError(f"both legs must have the same positive speed, got {speed} and {speed_2}")
-    if abs(np.sin(heading_2 - heading)) <= TOLERANCE and np.cos(heading_2 - heading) > 0:
+    legs = measured_legs(scenario) if isinstance(course, Course) else []
+    straight = [not course.legs[i].rate for i in legs]
+    if len(legs) != 2 or legs[1] != legs[0] + 1 or not all(straight):
+        raise ValueError(
+            f"platform must be a Course with measurements on two Straight legs, one after the other, "
+            f"got measurements on the legs {list(map(int, legs))} of {course!r}"
+        )
+    (*_, heading, speed, _), (time, *place, heading_2, speed_2, _) = course.leg_starts[legs]
+    if _same_heading(heading, heading_2, tolerance):
         raise ValueError("both legs have the same heading: there is no turn, use one leg")
     counts = [int(np.sum(sensor.times < time)), int(np.sum(sensor.times > time))]
     if min(counts) < INSTANTS:
         raise ValueError(
             f"each leg needs at least {INSTANTS} instants, got {counts} before and after the turn"
         )
-    legs = (time - sensor.times[0], sensor.times[-1] - time)
-    place, e = np.array(place), np.array([[np.sin(h), np.cos(h)] for h in (heading, heading_2)])
-    p = target.position_at(time) - place
-    way = np.hypot(*target.velocity) * max(abs(time - target.time), *legs)
-    vertical = [target.depth, sensor.model.bottom_depth]
-    length = max(np.abs([*place, *target.position, *p, way, speed * max(legs), *vertical]))
-    turn = TurnMoment(time, legs, place, e, speed, p, target.velocity, target.depth, sensor.model, length)
+    instants = sensor.times - time
+    durations = (-instants[0], instants[-1])
+    e = np.array([[np.sin(h), np.cos(h)] for h in (heading, heading_2)])
+    p, depth, velocity = target.position_at(time) - place, target.depth, target.velocity
+    way = np.hypot(*velocity) * max(abs(time - target.time), *durations)
+    vertical = [depth, sensor.model.bottom_depth]
+    length = max(np.abs([*place, *target.position, *p, way, speed * max(durations), *vertical]))
+    turn = TurnMoment(
+        time, durations, np.array(place), e, speed, p, velocity, depth, sensor.model, length,
+        instants, scenario.measure(), (e, p, velocity, depth), ROUNDING * length, tolerance,
+    )  # fmt: skip
+    reach = max(np.max(np.abs(part)) for part in (p, *turn.ends(p, velocity), turn.zeta))
+    turn = replace(turn, slack=max(turn.slack, tolerance * reach))
+    uneven = abs(speed_2 - speed) * durations[1] > turn.slack
+    if not speed > 0 or uneven or not turn.if_holds():
+        raise ValueError(f"both legs must have the same positive speed, got {speed} and {speed_2}")
     for w, end in zip(turn.w, turn.ends(p, turn.V_T), strict=True):
-        radial = turn.level and not turn.overhead and abs(cross(p, w)) <= TOLERANCE * length * np.hypot(*w)
+        radial = turn.level and not turn.overhead and abs(cross(p, w)) <= ROUNDING * length * np.hypot(*w)
         if radial and p @ end < 0:
             raise ValueError("the target passes through the array during a leg, where it has no cosine")
     return turn

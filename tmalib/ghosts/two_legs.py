@@ -24,12 +24,13 @@ from functools import partial
 
 import numpy as np
 
-from .turn import TOLERANCE, cross, turn_of
+from .family import ROUNDING, TOLERANCE, check_tolerance, verified
+from .turn import cross, turn_of
 
 ANY, POSITIVE = (-np.inf, np.inf), (0.0, np.inf)
 
 
-def ghosts_of_two_legs(scenario):
+def ghosts_of_two_legs(scenario, *, tolerance=TOLERANCE):
     """All targets with the same noise-free cosines of conical angles, seen along one ray from two legs.
 
     Parameters
@@ -37,7 +38,9 @@ def ghosts_of_two_legs(scenario):
     scenario : Scenario
         A `Target` with a depth; a `Course` of two `Straight` legs of the same speed and different headings;
         one `ConicalAngle` sensor without lag, with five instants or more on each leg. An assumed depth
-        plays no part.
+        plays no part. On a `Course` of more legs the measurements must be on two that follow each other.
+    tolerance : float
+        What is special for the numbers given (see `find_ghosts`).
 
     Returns
     -------
@@ -84,40 +87,59 @@ def ghosts_of_two_legs(scenario):
     >>> [(family.case, float(family.target().depth)) for family in ghosts_of_two_legs(scenario)]
     [('depth mirror', 300.0)]
     """
-    turn = turn_of(scenario)
-    if abs(cross(*turn.e)) <= TOLERANCE:
-        return _u_turn(turn)
-    if turn.overhead and turn.broadside(0) and turn.broadside(1):
-        make, water = partial(turn.member, turn.p, turn.V_T), (0.0, turn.model.bottom_depth)
+    turn = turn_of(scenario, check_tolerance(tolerance))
+    return verified(scenario, _families(turn), turn.tolerance)
+
+
+def _families(turn):
+    """The most special case that holds for the numbers given."""
+    if back := turn.if_holds(e=np.array([turn.e[0], -turn.e[0]])):
+        return _u_turn(back)
+    over, flat = np.zeros(2), turn.depth_at(0.0)
+    bisector = turn.e[0] + turn.e[1]
+    both = 2 * turn.speed * bisector / (bisector @ bisector)  # its components along e_1 and e_2 are v
+    if special := turn.if_holds(p=over, V_T=both):
+        make, water = partial(special.member, over, both), (0.0, turn.model.bottom_depth)
         return [turn.family("broadside in both legs", lambda depth: make(depth), depth=water)]
-    if turn.overhead:
-        return _collision(turn) if turn.level else _overhead(turn)
-    if not turn.level:
+    if special := turn.if_holds(p=over, depth=flat):
+        return _collision(special)
+    if special := turn.if_holds(p=over):
+        return _overhead(special)
+    if not turn.if_holds(depth=flat):
         return [turn.isolated("depth mirror", 1.0, turn.V_T, -1)]
-    along = turn.p / np.hypot(*turn.p)
-    if turn.still(cross(along, turn.chord)) and turn.still(cross(along, turn.w[0])):
-        return [_constant_cosine(turn, along)]
+    along = turn.chord / np.hypot(*turn.chord)
+    along = along if along @ turn.p > 0 else -along
+    special = turn.if_holds(depth=flat, p=(along @ turn.p) * along, V_T=_along_from_first(turn, along))
+    if special and min(along @ end for end in special.ends(special.p, special.V_T)) > 0:
+        return [_constant_cosine(special, along)]
     return []
+
+
+def _along_from_first(turn, along):
+    """The nearest velocity whose relative velocity on the first leg is along a direction."""
+    return turn.V[0] + (along @ turn.w[0]) * along
 
 
 def _overhead(turn):
     """p = 0, zeta not 0: the same track at -zeta, and one horizontal ghost if a velocity fits."""
     families = [turn.isolated("depth mirror", 1.0, turn.V_T, -1)]
-    sides = [i for i in (0, 1) if turn.broadside(i)]
-    if sides:
-        i, j = sides[0], 1 - sides[0]  # the ghost is the mirror image in leg j
-        case = f"broadside in leg {i + 1}"
-        kappa = 2 * (turn.n[j] @ turn.w[j]) * (turn.n[j] @ turn.e[i])
-        kappa /= turn.speed * (1 - turn.e[0] @ turn.e[1])
+    both = turn.e[0] + turn.e[1]
+    for i, j in ((0, 1), (1, 0)):  # the ghost is the mirror image in leg j
+        if special := turn.if_holds(V_T=turn.V_T - (turn.e[i] @ turn.w[i]) * turn.e[i]):
+            case = f"broadside in leg {i + 1}"
+            kappa = 2 * (special.n[j] @ special.w[j]) * (turn.n[j] @ turn.e[i])
+            kappa /= turn.speed * (1 - turn.e[0] @ turn.e[1])
+            break
     else:
-        case, j, both = "bisector", 0, turn.e[0] + turn.e[1]
-        if not turn.still(cross(turn.V_T, both)):
+        case, j = "bisector", 0
+        special = turn.if_holds(V_T=(turn.V_T @ both) * both / (both @ both))
+        if not special:
             return families
-        kappa = turn.V_T @ both / turn.speed
-    if abs(kappa) > TOLERANCE and 1 - kappa > TOLERANCE:
+        kappa = special.V_T @ both / turn.speed
+    if abs(kappa) > turn.tolerance and 1 - kappa > ROUNDING:  # kappa = 0: the target itself
         beta = 1 / (1 - kappa)
-        velocity = turn.V[j] + beta * turn.mirrored(j, turn.w[j])
-        families += [turn.isolated(case, beta, velocity, sign) for sign in (1, -1)]
+        velocity = turn.V[j] + beta * turn.mirrored(j, special.w[j])
+        families += [special.isolated(case, beta, velocity, sign) for sign in (1, -1)]
     return families
 
 
@@ -138,17 +160,18 @@ def _collision(turn):
     """p = 0 and zeta = 0: on leg i the ghost moves along w_i or its mirror image, to or from the array."""
     case, families = "collision at the turn", []
     along = turn.chord / np.hypot(*turn.chord)
+    turn = turn.if_holds(V_T=_along_from_first(turn, along)) or turn
     for first in (turn.w[0], turn.mirrored(0, turn.w[0])):
         for second in (turn.w[1], turn.mirrored(1, turn.w[1])):
             sizes = np.hypot(*first), np.hypot(*second)
-            if abs(cross(first, second)) > TOLERANCE * sizes[0] * sizes[1]:
+            if abs(cross(first, second)) > ROUNDING * sizes[0] * sizes[1]:
                 # V_1 + a first = V_2 + b second
                 a, b = np.linalg.solve(np.stack([first, -second], axis=1), turn.chord)
                 velocity = turn.V[0] + a * first
                 known = [turn.V_T] + [family.target().velocity for family in families if family.is_isolated]
-                if min(a, b) > TOLERANCE and not any(turn.still(velocity - other) for other in known):
+                if min(a, b) > ROUNDING and not any(turn.still(velocity - other) for other in known):
                     families.append(turn.isolated(case, 1.0, velocity))
-            elif abs(cross(first, along)) <= TOLERANCE * sizes[0]:
+            elif abs(cross(first, along)) <= ROUNDING * sizes[0]:
                 before, after = np.sign(first @ along), np.sign(second @ along)
                 if before != after:
                     families.append(_constant_cosine(turn, after * along))
@@ -166,24 +189,33 @@ def _on_chord(turn, limits, share):
 
 def _u_turn(turn):
     """e_2 = -e_1: one line, so what is symmetric about it looks the same."""
-    axis, beside = turn.e[0], turn.n[0]
-    if not turn.still(beside @ turn.V_T):
+    axis, beside, flat = turn.e[0], turn.n[0], turn.depth_at(0.0)
+    parallel = turn.if_holds(V_T=(axis @ turn.V_T) * axis)
+    if not parallel:
         bend = [turn.mirrored(0, vector) for vector in (turn.p, turn.V_T)]
         found = [("mirror", bend, turn.depth)]
-        if not turn.level:
+        if not turn.if_holds(depth=flat):
             other = turn.depth_at(-turn.zeta)
             found += [("depth mirror", (turn.p, turn.V_T), other), ("mirror, depth mirror", bend, other)]
         return [turn.family(case, partial(turn.member, *motion, depth)) for case, motion, depth in found]
 
-    if not (turn.zero(beside @ turn.p) and turn.level):
-        radius = np.hypot(beside @ turn.p, turn.zeta)
+    turn = parallel
+    for p in (np.zeros(2), (axis @ turn.p) * axis):
+        ahead = turn.if_holds(p=p, depth=flat)
+        if ahead and min(p @ end for end in ahead.ends(p, ahead.V_T)) >= 0:
+            return _endfire(ahead)
+    radius = np.hypot(beside @ turn.p, turn.zeta)
 
-        def rotated(angle):
-            p = (axis @ turn.p) * axis + radius * np.cos(angle) * beside
-            return turn.member(p, turn.V_T, turn.depth_at(radius * np.sin(angle)))
+    def rotated(angle):
+        p = (axis @ turn.p) * axis + radius * np.cos(angle) * beside
+        return turn.member(p, turn.V_T, turn.depth_at(radius * np.sin(angle)))
 
-        return [turn.family("parallel course", rotated, angle=(-np.pi, np.pi))]
+    return [turn.family("parallel course", rotated, angle=(-np.pi, np.pi))]
 
+
+def _endfire(turn):
+    """After a U-turn, on the array's line: all that are ahead, or astern, on the same legs."""
+    axis = turn.e[0]
     own = [axis @ (turn.p + end) for end in turn.ends(turn.p, turn.V_T)]  # its sign: ahead or astern
 
     def make(ahead, speed):
