@@ -496,15 +496,9 @@ def test_members_on_the_array_are_refused():
 # -- right over the array ---------------------------------------------------------------------------
 
 
-@pytest.fixture
-def overhead_allowed(monkeypatch):
-    """A conical angle has a value for a target right above or below the array."""
-    monkeypatch.setattr("tmalib.scenario.TOUCHING", -1.0, raising=False)
-
-
 @pytest.mark.parametrize("rays", ["direct", "bottom", "surface", "two"])
 @pytest.mark.parametrize("when", [0.0, 150.0, 600.0])
-def test_right_over_the_array_at_a_measurement(overhead_allowed, rays, when):
+def test_right_over_the_array_at_a_measurement(rays, when):
     """The cases of any target, every member the same, and a search finds no other."""
     rng = np.random.default_rng(31)
     for parallel in (False, True):
@@ -525,7 +519,7 @@ def test_right_over_the_array_at_a_measurement(overhead_allowed, rays, when):
             assert distance(scenario, families, candidate) < 1e-3
 
 
-def test_at_rest_right_over_the_array(overhead_allowed):
+def test_at_rest_right_over_the_array():
     for rays in ("direct", "bottom", "two"):
         scenario = scenario_of((0, 0), (0, 0), 300.0, paths_of(rays), heading=0.7)
         assert np.abs(scenario.measure()).max() < 1e-12

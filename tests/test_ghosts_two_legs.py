@@ -423,12 +423,6 @@ def test_bad_sensors():
 # -- right over the array -----------------------------------------------------------------------------
 
 
-@pytest.fixture
-def overhead_allowed(monkeypatch):
-    """A conical angle has a value for a target right above or below the array."""
-    monkeypatch.setattr("tmalib.scenario.TOUCHING", -1.0, raising=False)
-
-
 def with_instants(scenario, *more):
     (sensor,) = scenario.sensors
     return replace(scenario, sensors=[replace(sensor, times=np.union1d(sensor.times, more))])
@@ -438,7 +432,7 @@ OVERHEAD = [kind for kind in KINDS if "overhead" in kind and "level" not in kind
 
 
 @pytest.mark.parametrize("kind", OVERHEAD)
-def test_right_over_the_array_at_a_measurement(overhead_allowed, kind):
+def test_right_over_the_array_at_a_measurement(kind):
     """The turn itself is measured."""
     rng = np.random.default_rng([10, OVERHEAD.index(kind)])
     for _ in range(4):
@@ -457,7 +451,7 @@ def test_right_over_the_array_at_a_measurement(overhead_allowed, kind):
 @pytest.mark.parametrize("path", [tma.DIRECT, tma.BOTTOM_BOUNCE])
 @pytest.mark.parametrize("turned", [1.1, 2.5, np.pi])
 @pytest.mark.parametrize("leg", [0, 1])
-def test_right_over_the_array_during_all_of_a_leg(overhead_allowed, path, turned, leg):
+def test_right_over_the_array_during_all_of_a_leg(path, turned, leg):
     """Relative rest, broadside in that leg: kappa = 2 + 2 cos(turn) < 1 has a ghost, too."""
     headings = (0.3, 0.3 + turned)
     scenario = with_instants(build([0, 0], unit(headings[leg]), headings, path), 1.0)
@@ -472,7 +466,7 @@ def test_right_over_the_array_during_all_of_a_leg(overhead_allowed, path, turned
         assert known(scenario, families, state), (state, cases)
 
 
-def test_right_over_the_array_during_a_leg(overhead_allowed):
+def test_right_over_the_array_during_a_leg():
     """Before the turn, at an instant: nothing special."""
     rng = np.random.default_rng(12)
     for _ in range(6):

@@ -37,7 +37,7 @@ from .consistency import Consistency, compare_with_truth, fit_over_time
 from .curved import AcceleratedBearing, TurningBearing
 from .doppler import DopplerFrequency
 from .estimate import Estimate, Fit
-from .ghosts import admissible, find_ghosts
+from .ghosts import NearGhost, admissible, find_ghosts, near_ghosts
 from .models import check_model
 from .montecarlo import Runs, Source, Statistics, Stream, monte_carlo, statistics
 from .motion import Course, SampledCourse, Straight, Target, Turn
@@ -70,6 +70,7 @@ __all__ = [
     "Estimate",
     "Fit",
     "ModifiedPolar",
+    "NearGhost",
     "ParticleTrack",
     "Prior",
     "Range",
@@ -105,6 +106,7 @@ __all__ = [
     "image_depth",
     "information_rank",
     "monte_carlo",
+    "near_ghosts",
     "nees",
     "nees_limits",
     "prior_along_first_bearing",
