@@ -112,7 +112,7 @@ site-test: $(ENV)  ## check the built book in Chromium
 	@echo "==> Browser checks of the book"
 	$(BIN)/python -m pytest tests/site -n $(JOBS)
 
-bench: $(ENV)  ## measure the speed of the estimators
+bench: $(ENV)  ## measure the estimators: speed, and fits without a start that are lost
 	$(BIN)/python -m pytest tests/benchmarks -s
 
 figures: claims  ## write every figure and table to figures/
