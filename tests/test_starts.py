@@ -137,3 +137,52 @@ def test_a_fit_knows_its_worth(scenario):
     wild[:, ::20] += 0.3
     assert np.all(tma.fit(scenario, wild).p_value < 1e-3), "wild bearings show"
     assert repr(found).startswith("Fit(400 runs, 400 converged; x, y, vx, vy at 600")
+
+
+def test_condensed_bearings_are_exact_for_parabolas_and_not_correlated():
+    """Two values a group: their mean is that of a parabola; noise gives both the stated sigma."""
+    rng, times = np.random.default_rng(2), np.cumsum(np.random.default_rng(1).uniform(1, 3, 300))
+    sensor = tma.Sensor(tma.Bearing(), times, 0.01)
+    a, b, c = 3.1, 2e-3, -1e-5  # through south, where bearings wrap
+    exact = a + b * (times - 300) + c * (times - 300) ** 2
+    fewer, values = starts.condense(sensor, tma.wrap(exact)[None])
+    wanted = a + b * (fewer.times - 300) + c * (fewer.times - 300) ** 2
+    off = tma.wrap(values[0] - wanted).reshape(-1, 2)
+    assert len(fewer) == 60
+    assert np.all(np.diff(fewer.times) > 0)
+    np.testing.assert_allclose(off.mean(axis=1), 0, atol=1e-12)
+    _, noisy = starts.condense(sensor, 0.01 * rng.standard_normal((4000, 300)))
+    np.testing.assert_allclose(noisy.std(axis=0) / fewer.sigma, 1, atol=0.06)
+    assert np.abs(np.mean(noisy[:, ::2] * noisy[:, 1::2], axis=0)).max() < 0.1 * fewer.sigma**2
+
+
+def test_few_bearings_stay_as_they_are_and_none_is_left_out():
+    few = tma.Sensor(tma.Bearing(), np.arange(119.0), 0.01)
+    assert starts.condense(few, np.zeros((1, 119)))[0] is few
+    many = tma.Sensor(tma.Bearing(), np.arange(127.0), 0.01)
+    angles = np.zeros((127, 127)) + 0.1 * np.eye(127)
+    assert np.all(np.abs(starts.condense(many, angles)[1]).max(axis=1) > 0)
+
+
+def test_a_start_faster_than_sound_is_no_converged_fit(scenario):
+    """Such a state predicts nothing: neither a criterion nor an estimate."""
+    model = tma.DelayedBearingUnknownSpeed()
+    heard = replace(scenario, sensors=[tma.Sensor(model, np.arange(0, 600, 5.0), 0.01)])
+    start = np.array([heard.state, heard.state])
+    start[0, 2] = 2e3
+    found = tma.fit(heard, heard.simulate(2, seed=1), start)
+    assert found.reason[0] == "measurement or start not finite"
+    assert np.isnan(found.state[0]).all()
+
+
+def test_sound_alone_on_a_straight_course():
+    """In air the delay tells the range of a fast target, and the equations' own delays run away."""
+    rng = np.random.default_rng(77)
+    one = tma.Course((0, 0), 90.0, 0.0, [tma.Straight(1200)])
+    for _ in range(6):
+        place, heading = rng.uniform(-30e3, 30e3, 2), rng.uniform(0, 2 * np.pi)
+        sound = tma.Sensor(tma.DelayedBearing(340.0), np.arange(0, 1200, 10.0), 0.002)
+        scenario = tma.Scenario(one, [sound], 1200.0, tma.Target(place, 200.0, heading))
+        angles = scenario.simulate(5, seed=3)
+        found, best = tma.fit(scenario, angles), tma.fit(scenario, angles, scenario.state)
+        assert np.all(found.cost[best.converged] <= best.cost[best.converged] + 1e-2)

@@ -80,17 +80,17 @@ class ModifiedPolar:
     @cached_property
     def places(self):
         """Where x, y, vx and vy stand in the state."""
-        return np.concatenate(moving_pairs(self.coordinates))
+        return [int(place) for place in np.concatenate(moving_pairs(self.coordinates))]
 
     def _parts(self, point):
-        return np.moveaxis(np.asarray(point, dtype=float)[..., self.places], -1, 0)
+        point = np.asarray(point, dtype=float)
+        return [point[..., place] for place in self.places]
 
     def _with(self, state, parts):
         """The state with these four parts in their places."""
-        if len(self.coordinates) == 4 and self.coordinates == PLANE:
-            return np.stack(parts, axis=-1)
         changed = np.array(state, dtype=float)
-        changed[..., self.places] = np.stack(parts, axis=-1)
+        for place, part in zip(self.places, parts, strict=True):
+            changed[..., place] = part
         return changed
 
     def _spread(self, block):
@@ -100,7 +100,8 @@ class ModifiedPolar:
             return block
         whole = np.zeros((*block.shape[:-2], n, n))
         whole[..., np.arange(n), np.arange(n)] = 1.0
-        whole[..., self.places[:, None], self.places] = block
+        places = np.array(self.places)
+        whole[..., places[:, None], places] = block
         return whole
 
     def from_state(self, state):

@@ -40,6 +40,8 @@ def repeat_for_runs(scenario, runs):
 
     NumPy pays a third of a microsecond for each row of a broadcast; arrays of one shape are free of it.
     """
+    if runs == 1:
+        return scenario.blocks
     np.empty(1 << 21)  # glibc: one large array freed, and small ones are no longer returned to the system
     return [
         block._replace(observer=np.tile(block.observer, (1, runs)), elapsed=np.tile(block.elapsed, runs))
@@ -98,7 +100,7 @@ def minimise(blocks, angles, start, chart, safeguard, tolerance, max_iterations)
         step, decrement = _damped_step(matrix, slope, damping)
 
         lost = np.isinf(best_cost)
-        short = decrement <= tolerance
+        short = ~lost & (decrement <= tolerance)
         if short.any():  # a last step that leaves the chart is not a last step
             short &= np.isfinite(chart.to_state(best + step)).all(axis=-1)
         stuck = ~lost & (damping > MOST_DAMPING if safeguard else ~better)
@@ -139,7 +141,7 @@ def _normal_equations(blocks, measured, point, chart):
                 matrix[i, i:] += weight * np.vecdot(gradient[i], gradient[i:])
         for i in range(n):
             matrix[i:, i] = matrix[i, i:]
-        matrix, slope = np.ascontiguousarray(np.moveaxis(matrix, -1, 0)), slope.T
+        matrix, slope = np.ascontiguousarray(matrix.transpose(2, 0, 1)), slope.T
         if not isinstance(chart, Cartesian):
             jacobian = chart.jacobian(point)
             matrix = jacobian.mT @ matrix @ jacobian

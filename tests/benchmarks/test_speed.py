@@ -31,7 +31,7 @@ def seconds(task, repeat=7):
 
 def hand_written():
     """Residuals and Jacobian of scenario 1 for one run, as a careful user of scipy writes them."""
-    (radar, _, site, lag), (sonar, _, late_site, late_lag) = SCENARIO.blocks
+    (radar, _, site, lag, *_), (sonar, _, late_site, late_lag, *_) = SCENARIO.blocks
     n, c = len(radar), emw.SOUND_SPEED
 
     def late_geometry(x, y, vx, vy):
@@ -71,15 +71,24 @@ def test_batch_fit_against_scipy():
         for i in range(runs):
             least_squares(residuals, START[i], jacobian, method="lm", args=(ANGLES[i],))
 
-    ours, alone, theirs = [], [], []
+    ours, found, truth, alone, lonely, theirs = [], [], [], [], [], []
     for _ in range(5):  # in turns, so that a slow moment of the machine hits all
         ours.append(seconds(lambda: tma.fit(SCENARIO, ANGLES, START), 2) / RUNS)
+        found.append(seconds(lambda: tma.fit(SCENARIO, ANGLES), 2) / RUNS)
+        truth.append(seconds(lambda: tma.fit(SCENARIO, ANGLES, SCENARIO.state), 2) / RUNS)
         theirs.append(seconds(lambda: loop(50), 1) / 50)
         alone.append(seconds(lambda: tma.fit(SCENARIO, ANGLES[0], START[0]), 10))
-    ours, alone, theirs = (np.median(times) for times in (ours, alone, theirs))
+        lonely.append(seconds(lambda: tma.fit(SCENARIO, ANGLES[0]), 10))
+    all_times = (ours, found, truth, alone, lonely, theirs)
+    ours, found, truth, alone, lonely, theirs = (np.median(times) for times in all_times)
     print(f"\nscenario 1, 500 runs: {1e3 * ours:.3f} ms a run; scipy lm {1e3 * theirs:.3f} ms", end="")
     print(f": ratio {theirs / ours:.1f}")
     print(f"one run alone: {1e3 * alone:.3f} ms; scipy lm {1e3 * theirs:.3f} ms: ratio {theirs / alone:.2f}")
+    print(
+        f"without a start: {1e3 * found:.3f} ms a run, {found / truth:.2f} of a fit from the truth;", end=""
+    )
+    print(f" scipy lm: ratio {theirs / found:.1f}")
+    print(f"without a start, one run alone: {1e3 * lonely:.3f} ms; scipy lm: ratio {theirs / lonely:.2f}")
 
     other = np.array(
         [least_squares(residuals, START[i], jacobian, method="lm", args=(ANGLES[i],)).x for i in range(5)]
@@ -140,7 +149,7 @@ def test_ekf_against_filterpy():
         kalman.x, kalman.P = START[i].reshape(4, 1).copy(), np.diag(emw.PRIOR_VARIANCE)
         kalman.Q = np.zeros((4, 4))
         now, piece = 0.0, {}
-        for sensor, columns, site, _ in SCENARIO.blocks:
+        for sensor, columns, site, *_ in SCENARIO.blocks:
             piece |= {columns.start + j: (sensor.model, site[:, j]) for j in range(len(sensor))}
         for t, k in order:
             if t > now:
