@@ -20,7 +20,7 @@ singular: they give the state up to a scale. Then the range at the first bearing
 the equations are solved, and a few steps are taken with the condensed bearings from each solution. The lowest
 few are fitted, in the other chart where they do not converge in the first, and the lowest criterion decides.
 This is done for the runs whose first fit has not converged, does not explain the bearings, or is not slower
-than sound.
+than sound. What is then not explained is fitted with all the bearings, and kept if this explains them.
 
 The linear equations are those of the pseudolinear estimator of bearings-only tracking.
 """
@@ -77,7 +77,7 @@ def condense(sensor, angles):
     return replace(sensor, times=times, sigma=sensor.sigma * np.sqrt(2 * groups / count)), values
 
 
-def condensed_bearings(scenario, angles):
+def condensed_bearings(scenario, angles, condense=condense):
     """The scenario of condensed sensors of bearings, without a target, and the values ``(runs, N')``."""
     sensors, columns = [], []
     for block in scenario.blocks:
@@ -191,17 +191,18 @@ def find_start(scenario, angles):
         Without bearings, or for a further unknown that no model has a guess of.
     """
     fewer, values = condensed_bearings(scenario, angles)
-    equations = LinearEquations(fewer, values)
-    state = complete_state(fewer, equations.solve(), equations.middle)
-    state, cost, converged = _fitted(fewer, values, state, ModifiedPolar, FIRST_PASSES)
-    freedom = max(1, values.shape[1] - len(fewer.coordinates))
-    explained = converged & (cost <= freedom + SUSPICIOUS * np.sqrt(2 * freedom))
+    state, cost, explained = _fitted_from_equations(fewer, values)
     tried = ~(explained & (_mach(fewer, state) < SUBSONIC)) & np.isfinite(values).all(axis=1)
     runs = np.flatnonzero(tried)
     for part in (runs[i : i + BLOCK] for i in range(0, len(runs), BLOCK)):
         other, lower = _try_ranges(fewer, values[part])
         better = lower < cost[part]
-        state[part[better]] = other[better]
+        state[part[better]], cost[part[better]] = other[better], lower[better]
+    left = np.flatnonzero(tried & (cost > _most(fewer)))
+    if len(left) and len(fewer.times) < len(scenario.times):  # a target that passes close is no line
+        every, values = condensed_bearings(scenario, angles[left], lambda *whole: whole)
+        other, _, explained = _fitted_from_equations(every, values)
+        state[left[explained]] = other[explained]
     speeds = moving_pairs(fewer.coordinates)[1]  # the last step may have passed the speed of sound
     state[:, speeds] /= np.maximum(1.0, _mach(fewer, state) / SUBSONIC)[:, None]
     if fewer.coordinates == scenario.coordinates:
@@ -212,6 +213,20 @@ def find_start(scenario, angles):
     for name in common:
         found[:, scenario.coordinates.index(name)] = state[:, fewer.coordinates.index(name)]
     return found, tried
+
+
+def _most(scenario):
+    """The criterion above which a fit does not explain its bearings."""
+    freedom = max(1, len(scenario.times) - len(scenario.coordinates))
+    return freedom + SUSPICIOUS * np.sqrt(2 * freedom)
+
+
+def _fitted_from_equations(scenario, values):
+    """Fitted states ``(runs, n)``, their criteria, and whether they have converged and explain the values."""
+    equations = LinearEquations(scenario, values)
+    start = complete_state(scenario, equations.solve(), equations.middle)
+    state, cost, converged = _fitted(scenario, values, start, ModifiedPolar, FIRST_PASSES)
+    return state, cost, converged & (cost <= _most(scenario))
 
 
 def _try_ranges(scenario, values):
