@@ -94,3 +94,25 @@ def test_admissible():
     assert tma.admissible(deep, 4000.0)
     assert not tma.admissible(deep, 4000.0, deepest=400.0)
     assert not tma.admissible(flying, 4000.0)
+
+
+SLIGHT = [tma.Straight(300), tma.Straight(300, heading=0.32)]  # the search finds ghosts, but for a sharp turn
+
+
+@pytest.mark.parametrize("legs", [[tma.Straight(600)], SLIGHT])
+def test_theorems_refuse_an_array_elsewhere_and_the_search_takes_it(legs):
+    """One array is what the theorems are about; the search compares measurements of any."""
+    true, one_ray = scenario(legs, (tma.DIRECT, tma.BOTTOM_BOUNCE)), scenario(legs)
+    here = true.platform
+    elsewhere = replace(here, start=here.start + 5e3)
+    carried = [replace(sensor, platform=here) for sensor in true.sensors]
+    apart = replace(one_ray, sensors=[replace(one_ray.sensors[0], platform=elsewhere)])
+    with pytest.raises(ValueError, match="carried by the scenario's platform"):
+        tma.find_ghosts(apart)
+    named = replace(one_ray, sensors=[replace(one_ray.sensors[0], platform=one_ray.platform)])
+    assert [f.case for f in tma.find_ghosts(named)] == [f.case for f in tma.find_ghosts(one_ray)]
+    moved = replace(true, sensors=carried, platform=elsewhere)
+    found, again = tma.near_ghosts(true, 50.0), tma.near_ghosts(moved, 50.0)
+    assert len(found) > 0
+    for one, two in zip(found, again, strict=True):
+        assert abs(one.chi_square - two.chi_square) < 1e-3

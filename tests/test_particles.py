@@ -315,3 +315,17 @@ def test_bad_input(scenario):
     ):
         with pytest.raises(ValueError, match=message):
             call()
+
+
+def test_a_cloud_starts_from_the_platform_that_takes_the_first_bearing():
+    own = tma.Course((0, 0), 5, 0.0, [tma.Straight(300)])
+    other = tma.Course((40e3, -7e3), 5, 1.0, [tma.Straight(300)])
+    early = tma.Sensor(tma.Bearing(), np.arange(0, 300, 10.0), 0.01, platform=other)
+    late = tma.Sensor(tma.Bearing(), np.arange(5, 300, 10.0), 0.01)
+    target = tma.Target((45e3, 2e3), 4, 0.0)
+    for sensors in ([early, late], [late, early]):
+        scenario = tma.Scenario(own, sensors, 290.0, target)
+        cloud = tma.cloud_along_first_bearing(scenario, scenario.measure(), (1e3, 2e3), 5.0, 200, 1)
+        away = cloud.states[:, :2] - [40e3, -7e3]
+        assert np.all(np.abs(np.hypot(*away.T) - 1.5e3) <= 500 + 1e-6)
+        assert np.all(np.abs(np.arctan2(*away.T) - np.arctan2(5e3, 9e3)) < 0.06)

@@ -33,6 +33,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .batch import first_bearing
 from .checks import check_array, check_count, check_scalar, set_fields
 from .sensors import in_order_of_time
 
@@ -140,11 +141,11 @@ def cloud_along_first_bearing(scenario, angles, range, speed, particles, seed):
     speed = check_scalar("speed", speed, minimum=0.0)
     count = check_count("particles", particles)
     rng = np.random.default_rng(seed)
-    first = int(np.argmin(scenario.times))
+    first, platform = first_bearing(scenario)
     theta = angles[first] + scenario.sigma[first] * rng.standard_normal(count)
     r, v, heading = rng.uniform(near, far, count), speed * np.sqrt(rng.random(count)), rng.random(count)
     heading *= 2 * np.pi
-    x, y = scenario.platform.position_at(scenario.times[first])
+    x, y = platform.position_at(scenario.times[first])
     states = [x + r * np.sin(theta), y + r * np.cos(theta), v * np.sin(heading), v * np.cos(heading)]
     return Cloud(np.stack(states, axis=-1), float(scenario.times[first]))
 

@@ -70,6 +70,13 @@ def check_tolerance(tolerance):
     return tolerance
 
 
+def check_one_array(scenario):
+    """`ValueError` for a sensor carried by another platform: the theorems are about one array."""
+    others = [s.name for s in scenario.sensors if scenario.platform_of(s) is not scenario.platform]
+    if others:
+        raise ValueError(f"all sensors must be carried by the scenario's platform, not {others}")
+
+
 def verified(scenario, families, tolerance):
     """The same families, each member compared with the scenario's target when it is made.
 
@@ -81,7 +88,7 @@ def verified(scenario, families, tolerance):
 
     def difference(target):
         with np.errstate(invalid="ignore", divide="ignore"):
-            cosines = [s.model.observe(target, scenario.platform, s.times) for s in scenario.sensors]
+            cosines = [s.model.observe(target, scenario.platform_of(s), s.times) for s in scenario.sensors]
         change = np.abs(np.concatenate(cosines) - measured)
         return np.inf if np.isnan(change).any() else change.max()
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..cones import BOTTOM_BOUNCE, DIRECT, ConicalAngle
 from ..motion import Target
-from .family import ROUNDING
+from .family import ROUNDING, check_one_array
 
 INSTANTS = 4
 
@@ -79,6 +79,7 @@ class ArrayLeg:
 
 def straight_leg(scenario, tolerance):
     """The leg, and the ray path (None for direct and bottom); `ValueError` for what is not covered."""
+    check_one_array(scenario)
     target, models = scenario.target, [sensor.model for sensor in scenario.sensors]
     if not isinstance(target, Target) or target.depth is None:
         raise ValueError(f"the target must be a Target with a depth, got {target!r}")

@@ -19,8 +19,8 @@ def grid_of_starts(scenario):
     ends = sensor.times[[0, -1]]
     if not ends[1] > ends[0]:
         raise ValueError(f"a sensor needs two instants or more, got {[len(s) for s in scenario.sensors]}")
-    model, target = sensor.model, scenario.target
-    x, y, sin, cos = model.observer_state(scenario.platform, sensor.times)[:, [0, -1]]
+    model, target, platform = sensor.model, scenario.target, scenario.platform_of(sensor)
+    x, y, sin, cos = model.observer_state(platform, sensor.times)[:, [0, -1]]
     slope, offset = model.path.image(model.bottom_depth)
     own = slope * target.depth + offset - model.array_depth
     gap = target.position_at(ends) - np.stack([x, y], axis=1)
@@ -30,7 +30,7 @@ def grid_of_starts(scenario):
     z, *grid = np.meshgrid(depths, RANGES, RANGES, (-1, 1), (-1, 1), indexing="ij")
     z, ranges, sides = z.ravel(), np.reshape(grid[:2], (2, -1)).T * distance, np.reshape(grid[2:], (2, -1)).T
     zeta = slope * z + offset - model.array_depth
-    cosine = model.observe(target, scenario.platform, sensor.times)[[0, -1]]
+    cosine = model.observe(target, platform, sensor.times)[[0, -1]]
     ahead = ranges * cosine
     across = sides * np.sqrt(np.maximum(ranges**2 - ahead**2 - zeta[:, None] ** 2, (1e-3 * ranges) ** 2))
     places = np.stack([x + across * cos + ahead * sin, y - across * sin + ahead * cos])  # (2, S, ends)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..cones import ConicalAngle
 from ..motion import Course, Target
-from .family import ROUNDING, Family
+from .family import ROUNDING, Family, check_one_array
 
 INSTANTS = 5
 
@@ -157,6 +157,7 @@ def _same_heading(first, second, tolerance):
 
 def turn_of(scenario, tolerance):
     """The moment of the turn, or `ValueError` for a scenario that is not covered."""
+    check_one_array(scenario)
     target, course = scenario.target, scenario.platform
     if not isinstance(target, Target) or target.depth is None:
         raise ValueError(f"target must be a Target with a depth, got {target!r}")
