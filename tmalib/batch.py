@@ -14,11 +14,11 @@ from __future__ import annotations
 import numpy as np
 
 from . import levenberg_marquardt
-from .charts import Cartesian, ModifiedPolar
+from .charts import Cartesian, chart_of
 from .checks import check_count, check_scalar
 from .estimate import Fit
 from .starts import find_start
-from .uniform import BENDING, PLANE, moving_pairs
+from .uniform import PLANE, moving_pairs
 
 
 def first_bearing(scenario):
@@ -177,14 +177,3 @@ def distinct_minima(scenario, angles, starts, *, separation=0.1, **options):
             hits.append(1)
     n = starts.shape[-1]
     return np.array(states).reshape(-1, n), np.array(costs), np.array(hits, dtype=int)
-
-
-def chart_of(scenario, chart=None):
-    """A chart about the platform at the measurement nearest to the reference time; the default of `fit`."""
-    if chart is None:
-        flat = set(PLANE) <= set(scenario.coordinates) and not {"z", *BENDING} & set(scenario.coordinates)
-        chart = ModifiedPolar if flat else Cartesian
-    if not callable(chart):
-        raise ValueError(f"chart must be a class such as ModifiedPolar or Cartesian, got {chart!r}")
-    nearest = scenario.times[np.argmin(np.abs(scenario.times - scenario.reference_time))]
-    return chart(scenario.platform.position_at(nearest), scenario.coordinates)

@@ -24,7 +24,7 @@ from functools import cached_property
 import numpy as np
 
 from .checks import check_array, set_fields
-from .uniform import PLANE, moving_pairs
+from .uniform import BENDING, PLANE, moving_pairs
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,3 +153,14 @@ class ModifiedPolar:
         slope[..., 2, 2], slope[..., 2, 3] = rho * sin, rho * cos
         slope[..., 3, 2], slope[..., 3, 3] = rho * cos, -rho * sin
         return self._spread(slope)
+
+
+def chart_of(scenario, chart=None):
+    """A chart about the platform at the measurement nearest to the reference time; the default of `fit`."""
+    if chart is None:
+        flat = set(PLANE) <= set(scenario.coordinates) and not {"z", *BENDING} & set(scenario.coordinates)
+        chart = ModifiedPolar if flat else Cartesian
+    if not callable(chart):
+        raise ValueError(f"chart must be a class such as ModifiedPolar or Cartesian, got {chart!r}")
+    nearest = scenario.times[np.argmin(np.abs(scenario.times - scenario.reference_time))]
+    return chart(scenario.platform.position_at(nearest), scenario.coordinates)

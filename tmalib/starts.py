@@ -32,7 +32,7 @@ from dataclasses import replace
 import numpy as np
 
 from . import levenberg_marquardt as lm
-from .charts import Cartesian, ModifiedPolar
+from .charts import Cartesian, ModifiedPolar, chart_of
 from .scenario import Scenario
 from .uniform import PLANE, moving_pairs, propagate
 
@@ -43,10 +43,8 @@ FIRST_RANGE = 10e3
 NEAREST, FARTHEST = 10.0, 1e6  # metres: between these the weights follow the range
 HELD = 1e-3  # relative width of a held range
 SUSPICIOUS = 4.0  # standard deviations by which a criterion exceeds its freedom
-SUBSONIC, FASTEST = (
-    0.95,
-    0.8,
-)  # shares of the slowest sound: of a fit; of a start, which must predict something
+SUBSONIC = 0.95  # share of the slowest sound: of a fit
+FASTEST = 0.8  # of a start, which must predict something
 TOLERANCE, PASSES = 0.3, 30  # of a fit of condensed bearings
 FIRST_PASSES = 12  # of the first one: where it takes longer, ranges are tried
 FEW_PASSES, KEPT_RANGES = 6, 3  # from all ranges; those from which the fit goes on
@@ -209,8 +207,7 @@ def find_start(scenario, angles):
         return state, tried
     plane = state[:, np.concatenate(moving_pairs(fewer.coordinates))]
     found = complete_state(scenario, plane, scenario.reference_time)
-    common = [name for name in fewer.coordinates if name in scenario.coordinates]
-    for name in common:
+    for name in fewer.coordinates:
         found[:, scenario.coordinates.index(name)] = state[:, fewer.coordinates.index(name)]
     return found, tried
 
@@ -252,11 +249,8 @@ def _try_ranges(scenario, values):
 
 def _fitted(scenario, values, start, chart, passes=PASSES):
     """Fitted states ``(runs, n)``, their criteria (infinite for none), and whether they have converged."""
-    nearest = scenario.times[np.argmin(np.abs(scenario.times - scenario.reference_time))]
-    made = chart(scenario.platform.position_at(nearest), scenario.coordinates)
-    state, converged, _, _, cost = lm.minimise_in_blocks(
-        scenario, values, start, made, True, TOLERANCE, passes
-    )
+    settings = (chart_of(scenario, chart), True, TOLERANCE, passes)
+    state, converged, _, _, cost = lm.minimise_in_blocks(scenario, values, start, *settings)
     return state, np.where(np.isfinite(cost), cost, np.inf), converged
 
 

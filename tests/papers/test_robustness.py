@@ -12,11 +12,6 @@ from tmalib.papers.robustness import scenarios as paper
 from tmalib.papers.robustness.paper import PAPER
 
 
-@pytest.fixture(scope="module")
-def geometry():
-    return paper.reference()
-
-
 def test_every_phrase_of_the_ledger_has_a_measure():
     rows = {key[1] for key, row in PAPER.ledger.items() if row.kind == "text"}
     assert set(text.PHRASES) == rows

@@ -12,11 +12,6 @@ from tmalib.papers.robustness.paper import PAPER
 
 
 @pytest.fixture(scope="module")
-def geometry():
-    return paper.reference()
-
-
-@pytest.fixture(scope="module")
 def found(geometry):
     return filters.filtered(
         geometry, geometry.circle, PAPER.stream("robustness/filters").chunk(), particles=2000

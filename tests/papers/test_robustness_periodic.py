@@ -10,11 +10,6 @@ from tmalib.papers.robustness import scenarios as paper
 
 
 @pytest.fixture(scope="module")
-def geometry():
-    return paper.reference()
-
-
-@pytest.fixture(scope="module")
 def end(geometry):
     return sensitivity.position_criterion(geometry.straight, paper.DURATION)
 

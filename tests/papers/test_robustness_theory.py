@@ -16,11 +16,6 @@ from tmalib.papers.robustness.paper import PAPER
 ONES = np.ones(500)
 
 
-@pytest.fixture(scope="module")
-def geometry():
-    return paper.reference()
-
-
 def test_weights_of_one_are_the_discrete_problem(geometry):
     scenario = geometry.straight
     np.testing.assert_allclose(

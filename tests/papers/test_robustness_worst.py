@@ -12,11 +12,6 @@ from tmalib.papers.robustness import worst
 
 
 @pytest.fixture(scope="module")
-def geometry():
-    return paper.reference()
-
-
-@pytest.fixture(scope="module")
 def final(geometry):
     return sens.position_criterion(geometry.straight, paper.DURATION)
 
