@@ -176,7 +176,7 @@ def test_lost_runs_in_a_track_and_its_comparison(seed):
     start = np.tile(scenario.state, (6, 1))
     late = int(np.flatnonzero(scenario.times > 500)[0])
     lost, first = angles.copy(), start.copy()
-    lost[1, 0], lost[2, late], first[4, 0] = np.nan, np.inf, np.nan
+    lost[1, 0], lost[2, late], first[4, 0] = -np.inf, np.inf, np.nan
     found = tma.fit_over_time(scenario, lost, times, first)
     alone = tma.fit_over_time(scenario, angles[[0, 3, 5]], times, start[[0, 3, 5]])
     np.testing.assert_array_equal(found.finite[[0, 3, 5]], alone.finite)

@@ -127,7 +127,7 @@ def test_runs_that_are_left_out_change_nothing_and_are_counted(seed):
 def test_statistics_of_a_fit_leave_out_what_did_not_converge(scenario):
     angles = scenario.simulate(8, seed=1)
     start = np.tile(scenario.state, (8, 1))
-    angles[3, 0], start[5] = np.nan, [-1e7, -1e7, 400.0, 400.0]
+    angles[3, 0], start[5] = np.inf, [-1e7, -1e7, 400.0, 400.0]
     found = tma.fit(scenario, angles, start, max_iterations=4)
     converged = [k for k in range(8) if k not in (3, 5)]
     np.testing.assert_array_equal(found.converged, np.isin(range(8), converged))

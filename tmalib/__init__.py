@@ -18,12 +18,10 @@ True
 
 from . import sensitivity
 from .averaging import average_measurements
-from .batch import along_first_bearing, distinct_minima, fit
+from .batch import along_first_bearing, fit
 from .bearings import Bearing, DelayedBearing, bearing, propagation_delay, wrap
 from .biased import Biased
 from .bounds import (
-    Ellipse,
-    confidence_ellipse,
     crlb,
     crlb_sigma,
     fisher_information,
@@ -36,8 +34,10 @@ from .cones import BOTTOM_BOUNCE, DIRECT, SURFACE_BOUNCE, ConicalAngle, RayPath,
 from .consistency import Consistency, compare_with_truth, fit_over_time
 from .curved import AcceleratedBearing, TurningBearing
 from .doppler import DopplerFrequency
+from .ellipse import Ellipse, confidence_ellipse
 from .estimate import Estimate, Fit
 from .ghosts import NearGhost, admissible, find_ghosts, near_ghosts
+from .minima import Alternative, alternatives, distinct_minima
 from .models import check_model
 from .montecarlo import Runs, Source, Statistics, Stream, monte_carlo, statistics
 from .motion import Course, SampledCourse, Straight, Target, Turn
@@ -56,6 +56,7 @@ __all__ = [
     "DIRECT",
     "SURFACE_BOUNCE",
     "AcceleratedBearing",
+    "Alternative",
     "Bearing",
     "Biased",
     "Cartesian",
@@ -89,6 +90,7 @@ __all__ = [
     "TurningBearing",
     "admissible",
     "along_first_bearing",
+    "alternatives",
     "average_measurements",
     "bearing",
     "check_model",

@@ -11,14 +11,23 @@ processor's cache; results do not depend on the size of a block.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from . import levenberg_marquardt
+from . import status as words
+from .bounds import information_rank
 from .charts import Cartesian, chart_of
 from .checks import check_count, check_scalar
+from .cosine_starts import has_cosines, lowest_of_grid
 from .estimate import Fit
-from .starts import find_start
+from .levenberg_marquardt import minimise_in_blocks
+from .starts import find_start, starts_at_ranges
 from .uniform import PLANE, moving_pairs
+from .unknown_sigma import with_estimated_sigmas
+
+FLAT = 1e-9  # a scaled determinant of the information below which its rank is looked at
+NEAR = 1e5  # metres
 
 
 def first_bearing(scenario):
@@ -80,10 +89,10 @@ def fit(scenario, angles, start=None, *, chart=None, safeguard=True, tolerance=1
     scenario : Scenario
         What the estimator assumes: platform, sensors, reference time. Its target is not read.
     angles : array_like, shape (..., N)
-        Measurements, in the scenario's order.
+        Measurements, in the scenario's order; NaN, or masked, where there is none.
     start : array_like, shape (..., n), optional
-        First guess(es) of the state at the reference time; broadcasts against the runs. Without one, and with
-        a sensor that measures bearings, a start is found (see `tmalib.starts`).
+        First guess(es) of the state at the reference time; broadcasts against the runs. Without one a start
+        is found, from bearings (see `tmalib.starts`) or from conical angles alone (`tmalib.cosine_starts`).
     chart : callable, optional
         Coordinates in which the steps are taken, about the platform at the reference time: `ModifiedPolar` or
         `Cartesian` (see `tmalib.charts`). The default is the former, and the latter for a state with a depth
@@ -103,77 +112,121 @@ def fit(scenario, angles, start=None, *, chart=None, safeguard=True, tolerance=1
     Raises
     ------
     ValueError
-        For wrong shapes. A run with a measurement or a start that is not finite is reported in
-        ``reason``; it does not raise.
+        For wrong shapes, or more than one run with a sensor whose sigma is not known. What becomes of a run
+        is told by its ``status``; none raises.
 
     Notes
     -----
+    A measurement that is NaN is missing: its run is fitted as a scenario without it. Sigmas that are not
+    known are estimated together with the state, see `tmalib.unknown_sigma`.
+
     Source: `emw-acoustic`, Section IV.A, which prints plain Gauss-Newton in Cartesian coordinates:
     ``fit(..., chart=Cartesian, safeguard=False)``.
     """
     angles = scenario.check_measurements(angles)
-    without = start is None
-    if without:
-        found, _ = find_start(scenario, angles.reshape(-1, angles.shape[-1]))
-        start = found.reshape(*angles.shape[:-1], -1)
-    start = scenario.check_state(start)
+    start = None if start is None else scenario.check_state(start)
     tolerance = check_scalar("tolerance", tolerance, above=0.0)
     max_iterations = check_count("max_iterations", max_iterations)
-    settings = (chart_of(scenario, chart), safeguard, tolerance, max_iterations)
-    shape = np.broadcast_shapes(angles.shape[:-1], start.shape[:-1])
-    angles = np.broadcast_to(angles, (*shape, angles.shape[-1])).reshape(-1, angles.shape[-1])
-    start = np.broadcast_to(start, (*shape, start.shape[-1])).reshape(-1, start.shape[-1])
-    fields = levenberg_marquardt.minimise_in_blocks(scenario, angles, start, *settings)
-    lost = np.flatnonzero(~fields[1] & (fields[2] != levenberg_marquardt.NOT_FINITE))
+    settings = (chart, safeguard, tolerance, max_iterations)
+    estimated = tuple(scenario.unknown_sigmas)
+    if estimated:
+        again = partial(fit, angles=angles, start=start, chart=chart)
+        scenario = with_estimated_sigmas(scenario, angles, again)
+    shape = angles.shape[:-1] if start is None else np.broadcast_shapes(angles.shape[:-1], start.shape[:-1])
+    angles = np.broadcast_to(angles, (*shape, angles.shape[-1]))
+    rows = angles.reshape(-1, angles.shape[-1])
+    if start is not None:
+        start = np.broadcast_to(start, (*shape, start.shape[-1])).reshape(-1, start.shape[-1])
+    fields = _fit_what_is_there(scenario, rows, start, settings)
+    state, status, iterations, cost = (part.reshape(shape + part.shape[1:]) for part in fields)
+    return Fit(state, status, iterations, cost, scenario, angles, estimated)
+
+
+def _can_start(scenario, start=None):
+    """Whether a fit can begin: a start is given, or there are bearings, or conical angles alone."""
+    bearings = (getattr(sensor.model, "is_bearing", False) for sensor in scenario.sensors)
+    return start is not None or any(bearings) or has_cosines(scenario)
+
+
+def _fit_what_is_there(scenario, angles, start, settings):
+    """State, status, iterations and criterion of runs ``(runs, N)``: those with the same gaps go together."""
+    missing = np.isnan(angles)
+    if not missing.any():
+        return _fit_complete(scenario, angles, start, settings)
+    runs, n = len(angles), len(scenario.coordinates)
+    state, status = np.full((runs, n), np.nan), np.full(runs, words.NOT_OBSERVABLE, dtype=f"<U{words.WIDTH}")
+    fields = (state, status, np.zeros(runs, dtype=int), np.full(runs, np.nan))
+    patterns, pattern_of = np.unique(missing, axis=0, return_inverse=True)
+    for k, gone in enumerate(patterns):
+        if gone.all():
+            continue
+        rest, which = scenario.keep(~gone), np.flatnonzero(pattern_of.ravel() == k)
+        if rest.coordinates != scenario.coordinates or not _can_start(rest, start):
+            continue  # nothing is left that tells an unknown
+        first = None if start is None else start[which]
+        found = _fit_complete(rest, angles[which][:, ~gone], first, settings)
+        for whole, part in zip(fields, found, strict=True):
+            whole[which] = part
+    return fields
+
+
+def _look_from_all_ranges(scenario, measured, settings, fields):
+    """Put a minimum into the fields of a run that ran away, if a start at some range leads to a lower one."""
+    starts = starts_at_ranges(scenario, measured)
+    angles = np.broadcast_to(measured, (len(starts), len(measured)))
+    for chart in (None, Cartesian):
+        found = minimise_in_blocks(scenario, angles, starts, chart_of(scenario, chart), *settings)
+        cost = np.where(found[1] == words.CONVERGED, found[3], np.inf)
+        best = np.argmin(cost)
+        if cost[best] < fields[3]:
+            for part, other in zip(fields, found[:4], strict=True):
+                part[0] = other[best]
+
+
+def _brought_near(scenario, state):
+    """States ``(runs, n)`` with those far away scaled towards the platform: out there all ranks are lost."""
+    if not set(PLANE) <= set(scenario.coordinates):
+        return state
+    (places, speeds), state = moving_pairs(scenario.coordinates), state.copy()
+    here = scenario.platform.position_at(scenario.times[0])
+    away = state[:, places] - here
+    share = np.minimum(1, NEAR / np.maximum(NEAR, np.hypot(*away.T)))[:, None]
+    state[:, places], state[:, speeds] = here + share * away, share * state[:, speeds]
+    return state
+
+
+def _fit_complete(scenario, angles, start, settings):
+    """`_fit_what_is_there` for runs without a gap."""
+    without, (chart, *others) = start is None, settings
+    if without and has_cosines(scenario):
+        start = lowest_of_grid(scenario, angles, chart_of(scenario, chart))
+    elif without:
+        start = find_start(scenario, np.where(np.isfinite(angles), angles, np.nan))[0]
+    fields = minimise_in_blocks(scenario, angles, start, chart_of(scenario, chart), *others)
+    status = fields[1]
+    lost = np.flatnonzero((status != words.CONVERGED) & (status != words.NOT_FINITE))
     if without and len(lost):  # one chart finds the way where the other does not
-        settings = (chart_of(scenario, Cartesian), *settings[1:])
-        again = levenberg_marquardt.minimise_in_blocks(scenario, angles[lost], start[lost], *settings)
+        cartesian = chart_of(scenario, Cartesian)
+        again = minimise_in_blocks(scenario, angles[lost], start[lost], cartesian, *others)
+        found = again[1] == words.CONVERGED
         for part, other in zip(fields, again, strict=True):
-            part[lost[again[1]]] = other[again[1]]
-    found = [part.reshape(shape + part.shape[1:]) for part in fields]
-    return Fit(*found, scenario, angles.reshape(*shape, -1))
-
-
-def distinct_minima(scenario, angles, starts, *, separation=0.1, **options):
-    """All the minima that fits from several starts reach, for one run: ghosts included.
-
-    Where targets cannot be told apart, the criterion has several minima of the same value; where a model is
-    wrong, a lower one may be far away.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    angles : array_like, shape (N,)
-        Measurements of one run.
-    starts : array_like, shape (S, n)
-    separation : float
-        Two estimates count as one minimum when they are nearer than this, in standard deviations of the
-        better one.
-    **options
-        Handed to `fit`.
-
-    Returns
-    -------
-    states : ndarray, shape (M, n)
-        The lowest minimum first; only fits that have converged count.
-    costs : ndarray, shape (M,)
-        Their criteria.
-    hits : ndarray of int, shape (M,)
-        How many starts ended at each.
-    """
-    angles, starts = scenario.check_measurements(angles), scenario.check_state(starts)
-    if angles.ndim != 1 or starts.ndim != 2:
-        raise ValueError(f"one run and a list of starts are needed, got {angles.shape} and {starts.shape}")
-    found = fit(scenario, angles, starts, **options)
-    states, costs, hits = [], [], []
-    for k in np.argsort(np.where(found.converged, found.cost, np.inf))[: found.converged.sum()]:
-        jacobian = scenario.linearise(found.state[k])[1] / scenario.sigma[:, None]
-        near = [np.linalg.norm(jacobian @ (state - found.state[k])) <= separation for state in states]
-        if any(near):
-            hits[near.index(True)] += 1
-        else:
-            states.append(found.state[k])
-            costs.append(found.cost[k])
-            hits.append(1)
-    n = starts.shape[-1]
-    return np.array(states).reshape(-1, n), np.array(costs), np.array(hits, dtype=int)
+            part[lost[found]] = other[found]
+    state, status, iterations, cost, volume = fields
+    if angles.shape[1] < len(scenario.coordinates):
+        status[np.isfinite(angles).all(axis=1)] = words.NOT_OBSERVABLE
+    converged = status == words.CONVERGED
+    doubtful = np.flatnonzero(~(converged & (volume > FLAT)) & (status != words.NOT_FINITE))
+    if len(doubtful):
+        end = np.where(converged[doubtful, None], state[doubtful], start[doubtful])
+        rank = information_rank(scenario, _brought_near(scenario, end))
+        status[doubtful[(rank >= 0) & (rank < end.shape[-1])]] = words.NOT_OBSERVABLE
+    away = np.flatnonzero(status == words.RAN_AWAY)
+    if len(away) and without:
+        status[away] = words.NO_MINIMUM
+        for run in away if not has_cosines(scenario) else ():
+            _look_from_all_ranges(scenario, angles[run], others, [part[run : run + 1] for part in fields[:4]])
+    elif len(away) and _can_start(scenario):
+        nearer = _fit_complete(scenario, angles[away], None, (None, True, *others[1:]))
+        lowest = (nearer[1] != words.CONVERGED) | (nearer[3] > cost[away])
+        status[away[lowest]] = words.NO_MINIMUM
+    return state, status, iterations, cost

@@ -9,13 +9,15 @@ but a triangle whose condition number is that of the scaled ``J``, not its squar
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from .checks import check_array, check_count, check_probability
+from .checks import check_count, check_probability
+from .uniform import PLANE, POSITION, propagate
 
 RANK_TOLERANCE = 1e-12  # singular value of the scaled Jacobian, relative to the largest
+CLOSE = 1e-6  # below this, rounding is looked at
 SINGULAR = 1e-14  # eigenvalue of a correlation matrix, relative to the largest: rounding is 1 per cent
 
 
@@ -69,9 +71,25 @@ def fisher_information(scenario, state=None):
     return jacobian.mT @ jacobian
 
 
-def _factored(scenario, state):
-    """Triangle ``R`` ``(..., k, n)``, lengths of the columns ``(..., n)``, and rank: -1 if not finite."""
-    jacobian = whitened_jacobian(scenario, state)
+class Factors(NamedTuple):
+    """A whitened Jacobian with columns of unit length, factored; see `factor`."""
+
+    triangle: np.ndarray
+    length: np.ndarray
+    singular: np.ndarray
+    rank: np.ndarray
+
+
+def factor(scenario, state, jacobian):
+    """Factors of whitened Jacobians ``(..., N, n)`` at states ``(..., n)``; NaN where one is not finite.
+
+    Returns
+    -------
+    Factors
+        The triangle ``R`` ``(..., k, n)``, the lengths of the columns ``(..., n)``, the singular values
+        ``(..., k)``, and the rank ``(...)``: -1 for a member that is not finite. Singular values below 1e-12
+        of the largest count as zero, and near a platform those below what rounding does to directions.
+    """
     length = np.sqrt(np.vecdot(jacobian.mT, jacobian.mT))
     length = np.where(length == 0, 1.0, length)
     scaled = jacobian / length[..., None, :]
@@ -79,8 +97,55 @@ def _factored(scenario, state):
     scaled[~finite] = 0.0  # LAPACK raises for all when one is NaN
     triangle = np.linalg.qr(scaled, mode="r")
     singular = np.linalg.svd(triangle, compute_uv=False)
-    rank = np.sum(singular > RANK_TOLERANCE * singular[..., :1], axis=-1)
-    return triangle, length, np.where(finite, rank, -1)[()]
+    least = np.full(finite.shape, RANK_TOLERANCE)
+    close = finite & (singular[..., -1] < CLOSE * singular[..., 0])
+    if close.any():
+        least[close] = np.maximum(RANK_TOLERANCE, _rounding(scenario, state[close]))
+    rank = np.sum(singular > least[..., None] * singular[..., :1], axis=-1)
+    return Factors(triangle, length, singular, np.where(finite, rank, -1)[()])
+
+
+def _rounding(scenario, state):
+    """Relative rounding of a direction from a platform to states ``(m, n)``: of positions, over the range."""
+    if not set(PLANE) <= set(scenario.coordinates):
+        return np.zeros(len(state))
+    largest, nearest = np.zeros(len(state)), np.full(len(state), np.inf)
+    for block in scenario.blocks:
+        at = scenario.platform_of(block.sensor).position_at(block.sensor.times)
+        target = propagate(state[:, None], block.elapsed, scenario.coordinates)
+        places = [scenario.coordinates.index(name) for name in POSITION]
+        largest = np.maximum(largest, np.abs(target[..., places]).max(axis=(1, 2)))
+        nearest = np.minimum(nearest, np.hypot(*np.moveaxis(target[..., places] - at, -1, 0)).min(axis=1))
+    with np.errstate(divide="ignore"):
+        return 16 * np.finfo(float).eps * largest / nearest
+
+
+def inverse_information(factors):
+    """The inverse of the information, ``(..., n, n)``; NaN for a member without full rank."""
+    n = factors.length.shape[-1]
+    observable = np.asarray(factors.rank == n)
+    bound = np.full((*factors.length.shape, n), np.nan)
+    if observable.any():
+        root = np.linalg.solve(factors.triangle[observable], np.eye(n))
+        root /= factors.length[observable][..., :, None]
+        bound[observable] = root @ root.mT
+    return bound
+
+
+def weakest_direction(factors):
+    """The direction of the state ``(..., n)`` that the measurements tell least, its largest component one.
+
+    Each component is measured in the standard deviation that it would have if all others were known.
+    """
+    scaled = np.linalg.svd(factors.triangle)[2][..., -1, :]
+    direction = np.where(np.abs(scaled) > 1e-9, scaled, 0.0) / factors.length
+    largest = np.argmax(np.abs(direction), axis=-1)[..., None]
+    return direction / np.take_along_axis(direction, largest, axis=-1) + 0.0  # no -0
+
+
+def in_words(names, direction):
+    """A direction of the state as ``(x, y) = (1, 0.5)``."""
+    return f"({', '.join(names)}) = ({', '.join(f'{part:.3g}' for part in direction)})"
 
 
 def information_rank(scenario, state=None):
@@ -90,7 +155,12 @@ def information_rank(scenario, state=None):
     member at which the measurements have no finite gradient has no rank: -1. For a single state that is a
     `ValueError`.
     """
-    return _factored(scenario, state)[2]
+    return _factored(scenario, state).rank
+
+
+def _factored(scenario, state):
+    state = scenario.state if state is None else np.asarray(state, dtype=float)
+    return factor(scenario, state, whitened_jacobian(scenario, state))
 
 
 def crlb(scenario, state=None):
@@ -118,27 +188,14 @@ def crlb(scenario, state=None):
     -----
     Source: `emw-acoustic`, Section III.
     """
-    triangle, length, rank = _factored(scenario, state)
-    n = length.shape[-1]
-    observable = np.asarray(rank == n)
-    if observable.ndim == 0 and not observable:
+    factors = _factored(scenario, state)
+    n = len(scenario.coordinates)
+    if np.ndim(factors.rank) == 0 and factors.rank < n:
         raise ValueError(
-            f"the state is not observable: the Fisher information has rank {rank} of {n}; "
-            f"the measurements do not change along {_weakest(scenario.coordinates, triangle, length)}"
+            f"the state is not observable: the Fisher information has rank {factors.rank} of {n}; the "
+            f"measurements do not change along {in_words(scenario.coordinates, weakest_direction(factors))}"
         )
-    bound = np.full((*length.shape, n), np.nan)
-    if observable.any():
-        root = np.linalg.solve(triangle[observable], np.eye(n)) / length[observable][..., :, None]
-        bound[observable] = root @ root.mT
-    return bound
-
-
-def _weakest(names, triangle, length):
-    """The direction of the state that the measurements tell least, in words."""
-    scaled = np.linalg.svd(triangle)[2][-1]
-    direction = np.where(np.abs(scaled) > 1e-9, scaled, 0.0) / length
-    direction = direction / direction[np.argmax(np.abs(direction))] + 0.0  # no -0
-    return f"({', '.join(names)}) = ({', '.join(f'{part:.3g}' for part in direction)})"
+    return inverse_information(factors)
 
 
 def crlb_sigma(scenario, state=None):
@@ -147,62 +204,6 @@ def crlb_sigma(scenario, state=None):
     NaN and `ValueError` as in `crlb`.
     """
     return np.sqrt(np.diagonal(crlb(scenario, state), axis1=-2, axis2=-1))
-
-
-@dataclass(frozen=True)
-class Ellipse:
-    """A confidence ellipse: centre, semi-axes in metres (major first), heading of the major axis."""
-
-    centre: np.ndarray
-    semi_axes: np.ndarray
-    heading: float
-    probability: float
-
-    def boundary(self, points=181):
-        """Points on the ellipse, shape ``(points, 2)``, first and last the same."""
-        angle = np.linspace(0, 2 * np.pi, check_count("points", points))
-        along = np.array([np.sin(self.heading), np.cos(self.heading)])
-        across = np.array([np.cos(self.heading), -np.sin(self.heading)])
-        major, minor = self.semi_axes
-        return self.centre + np.outer(major * np.cos(angle), along) + np.outer(minor * np.sin(angle), across)
-
-    @property
-    def area(self):
-        """Area in square metres."""
-        return float(np.pi * np.prod(self.semi_axes))
-
-
-def confidence_ellipse(centre, covariance, probability=0.9):
-    """Ellipse that holds a Gaussian point with the given probability.
-
-    Parameters
-    ----------
-    centre : array_like, shape (2,) or (n,)
-        Only the first two components, the position, are used.
-    covariance : array_like, shape (2, 2) or (n, n)
-        Only the position's block is used.
-    probability : float
-        Between 0 and 1.
-
-    Raises
-    ------
-    ValueError
-        For other shapes, a position or block that is not finite, and a block that is not positive
-        semi-definite.
-
-    Notes
-    -----
-    The level is the quantile of chi-square with two degrees of freedom, ``-2 log(1 - p)``.
-    """
-    probability = check_probability(probability)
-    centre = check_array("centre", np.atleast_1d(np.asarray(centre, dtype=float))[..., :2], (2,))
-    block = np.atleast_2d(np.asarray(covariance, dtype=float))[..., :2, :2]
-    block = check_array("covariance of the position", block, (2, 2))
-    values, vectors = np.linalg.eigh(block)
-    if not values[0] >= -4 * np.finfo(float).eps * np.abs(values).max():
-        raise ValueError(f"covariance must be positive semi-definite, got eigenvalues {values}")
-    axes = np.sqrt(-2 * np.log1p(-probability) * np.maximum(values[::-1], 0.0))
-    return Ellipse(centre, axes, float(np.arctan2(*vectors[:, 1])), probability)
 
 
 def nees(state, truth, covariance):

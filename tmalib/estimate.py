@@ -12,8 +12,10 @@ from functools import cached_property
 
 import numpy as np
 
-from .bounds import confidence_ellipse, crlb
+from . import status as words
+from .bounds import factor, in_words, inverse_information, weakest_direction
 from .checks import check_scalar
+from .ellipse import confidence_ellipse
 from .sensitivity.response import sandwich_covariance
 from .uniform import propagate, transition
 
@@ -42,18 +44,19 @@ class Fit:
     Attributes
     ----------
     state : ndarray, shape (..., n)
-        Estimate at the reference time; NaN only where the input was not finite.
-    converged : ndarray of bool
-    reason : ndarray of str
-        ``"converged"``, ``"iteration limit"``, ``"no step lowers the criterion"``, ``"no minimum at a
-        finite range"`` (the estimate ran beyond 1e9 m) or ``"measurement or start not finite"``.
-    iterations : ndarray of int
+        Estimate at the reference time; where it has not converged, where the steps ended, or NaN.
+    status : ndarray of str, shape (...)
+        A word of `tmalib.status`; ``explain`` says what it means and what to do.
+    iterations : ndarray of int, shape (...)
         Evaluations of the model, the one at the start included.
-    cost : ndarray
+    cost : ndarray, shape (...)
         Criterion C at the last evaluation; about N - n for a good model.
     scenario : Scenario
-        What was assumed.
+        What was assumed; with the estimated sigmas, where some were not known.
     measured : ndarray, shape (..., N)
+        NaN where there was no measurement.
+    estimated : tuple of str
+        Names of the sensors whose sigma was estimated.
 
     Examples
     --------
@@ -70,42 +73,71 @@ class Fit:
     """
 
     state: np.ndarray
-    converged: np.ndarray
-    reason: np.ndarray
+    status: np.ndarray
     iterations: np.ndarray
     cost: np.ndarray
     scenario: object = field(repr=False)
     measured: np.ndarray = field(repr=False)
+    estimated: tuple = ()
 
     def __repr__(self):
-        runs, names = self.converged.size, ", ".join(self.scenario.coordinates)
+        runs, names = self.status.size, ", ".join(self.scenario.coordinates)
         return (
             f"Fit({runs} run{'s' * (runs != 1)}, {self.converged.sum()} converged; {names} at "
             f"{self.scenario.reference_time:g} s)"
         )
 
     @property
+    def converged(self):
+        """Which runs ended at a minimum, ``(...)``: observable, at a finite range, the lowest found."""
+        return self.status == words.CONVERGED
+
+    @property
     def freedom(self):
-        """Degrees of freedom of the criterion: measurements less unknowns."""
-        return len(self.scenario.times) - len(self.scenario.coordinates)
+        """Degrees of freedom of the criterion, ``(...)``: measurements less unknowns."""
+        return np.sum(~np.isnan(self.measured), axis=-1) - len(self.scenario.coordinates)
 
     @cached_property
     def p_value(self):
-        """Chance of so large a criterion if model and sigmas are right, ``(...)``; NaN without freedom.
+        """Chance of so large a criterion if model and sigmas are right, ``(...)``.
 
         Small where the target turns, a bearing is wild or a unit is wrong; near one where sigma is too large.
+        NaN without freedom, and where a sigma was estimated: the criterion then says nothing.
         """
         from scipy.stats import chi2  # imported here: it costs half a second
 
-        return chi2.sf(self.cost, self.freedom) if self.freedom > 0 else np.full(self.cost.shape, np.nan)
+        known = (self.freedom > 0) & (len(self.estimated) == 0)
+        return np.where(known, chi2.sf(self.cost, np.where(known, self.freedom, 1)), np.nan)[()]
+
+    @cached_property
+    def _factors(self):
+        gradient = self.scenario.linearise(self.state)[1] / self.scenario.sigma[:, None]
+        jacobian = np.where(np.isnan(self.measured)[..., None], 0.0, gradient)
+        jacobian[~np.isfinite(jacobian).all(axis=(-1, -2))] = np.nan
+        return factor(self.scenario, self.state, jacobian)
+
+    @property
+    def rank(self):
+        """How many directions of the state are observable there, ``(...)``; -1 where there is no state."""
+        return self._factors.rank
+
+    @property
+    def condition(self):
+        """Condition number of the scaled Jacobian, ``(...)``: what is known best over what is known least."""
+        singular = self._factors.singular
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = singular[..., 0] / singular[..., -1]
+        return np.where(self.rank == len(self.scenario.coordinates), ratio, np.inf)[()]
+
+    @property
+    def weakest(self):
+        """The direction of the state that is known least, ``(..., n)``, its largest component one."""
+        return weakest_direction(self._factors)
 
     @cached_property
     def covariance(self):
-        """The bound at the estimate, ``(..., n, n)``; NaN where a run has not converged or has no bound."""
-        state = np.where(self.converged[..., None], self.state, np.nan)
-        if state.ndim == 1:
-            return crlb(self.scenario, state[None])[0]
-        return crlb(self.scenario, state)
+        """The bound at the estimate, ``(..., n, n)``; NaN where a run has not converged."""
+        return np.where(self.converged[..., None, None], inverse_information(self._factors), np.nan)
 
     @cached_property
     def residuals(self):
@@ -116,9 +148,9 @@ class Fit:
     @cached_property
     def sandwich(self):
         """Covariance when the model may be wrong, ``(n, n)``, of one run; see `tmalib.sensitivity`."""
-        if self.state.ndim != 1:
-            raise ValueError(f"the sandwich is of one run, and these are {self.state.shape[:-1]}; fit one")
-        return sandwich_covariance(self.scenario, self.measured, self.state)
+        self._one_run("the sandwich")
+        there = ~np.isnan(self.measured)
+        return sandwich_covariance(self.scenario.keep(there), self.measured[there], self.state)
 
     @property
     def sigma(self):
@@ -148,3 +180,38 @@ class Fit:
         phi = transition(elapsed, self.scenario.coordinates)
         state = propagate(self.state, elapsed, self.scenario.coordinates)
         return Estimate(float(time), self.scenario.coordinates, state, phi @ self.covariance @ phi.T)
+
+    def explain(self):
+        """What became of the runs, and what to do next, in words; a line for each status.
+
+        Examples
+        --------
+        >>> import numpy as np, tmalib as tma
+        >>> ship = tma.Course((0, 0), 5, 0.0, [tma.Straight(600)])  # it never turns
+        >>> ear = tma.Sensor(tma.Bearing(), times=np.arange(0, 600, 5.0), sigma=0.01)
+        >>> truth = tma.Target((2e3, 4e3), speed=6, heading=1.5)
+        >>> straight = tma.Scenario(ship, [ear], reference_time=595, target=truth)
+        >>> print(tma.fit(straight, straight.simulate(runs=1, seed=1)[0]).explain()[:45])
+        not observable: rank 3 of 4, nothing changes
+        """
+        lines = []
+        for word in words.ADVICE:
+            runs = np.argwhere(self.status == word)
+            if len(runs):
+                count = "" if self.status.ndim == 0 else f"{len(runs)} of {self.status.size} runs "
+                lines.append(f"{count}{word}{self._details(word, tuple(runs[0]))}".strip())
+        return "\n".join(lines)
+
+    def _details(self, word, run):
+        """What is said of a status, with the numbers of the first run that has it."""
+        if word != words.NOT_OBSERVABLE:
+            return f": {words.ADVICE[word]}" if words.ADVICE[word] else ""
+        if not np.isfinite(self.state[run]).all():
+            return f": nothing is left that tells some unknown. {words.ADVICE[word]}"
+        direction = in_words(self.scenario.coordinates, self.weakest[run])
+        rank, n = np.asarray(self.rank)[run], len(self.scenario.coordinates)
+        return f": rank {rank} of {n}, nothing changes along {direction}. {words.ADVICE[word]}"
+
+    def _one_run(self, what):
+        if self.state.ndim != 1:
+            raise ValueError(f"{what} is of one run, and these are {self.state.shape[:-1]}; fit one")

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from . import status as words
 from .charts import Cartesian
 
 BLOCK_ELEMENTS = 72_000  # runs x measurements of the largest sensor: about 600 kB an array
@@ -26,13 +27,6 @@ LEAST_DAMPING = 1e-8
 MOST_DAMPING = 1e10
 FAR = 1e9  # metres: an estimate beyond this is on its way to infinity
 RIDGE = 1e-14  # on a unit diagonal: an exactly singular matrix must not stop the whole block
-
-CONVERGED = "converged"
-NOT_FINITE = "measurement or start not finite"
-NO_DESCENT = "no step lowers the criterion"
-TOO_LONG = "iteration limit"
-TOO_FAR = "no minimum at a finite range"
-REASONS = (CONVERGED, NOT_FINITE, NO_DESCENT, TOO_LONG, TOO_FAR)
 
 
 def repeat_for_runs(scenario, runs):
@@ -61,19 +55,31 @@ def minimise_in_blocks(scenario, angles, start, *settings):
 
 
 def minimise(blocks, angles, start, chart, safeguard, tolerance, max_iterations):
-    """`fit` for a two-dimensional block of runs; returns the fields of `Fit` in order."""
+    """`fit` for a two-dimensional block of runs.
+
+    Returns
+    -------
+    state, status, iterations, cost
+        As in `Fit`.
+    volume : ndarray, shape (runs,)
+        Determinant of the information at the last evaluation, scaled to a unit diagonal: one if the
+        components are told independently, about zero if they cannot be told apart.
+    """
     runs, n = start.shape
     state = np.full((runs, n), np.nan)
-    reason = np.full(runs, NOT_FINITE, dtype=f"<U{max(map(len, REASONS))}")
+    status = np.full(runs, words.NOT_FINITE, dtype=f"<U{words.WIDTH}")
     iterations = np.zeros(runs, dtype=int)
-    cost = np.full(runs, np.nan)
+    cost, volume = np.full(runs, np.nan), np.full(runs, np.nan)
 
     def finish(which, why, end):
         if which.any():
             run = active[which]
-            state[run], reason[run], cost[run] = chart.to_state(end[which]), why, best_cost[which]
+            state[run], status[run], cost[run] = chart.to_state(end[which]), why, best_cost[which]
             iterations[run] = evaluations
-            reason[run[np.hypot(state[run, 0], state[run, 1]) > FAR]] = TOO_FAR
+            status[run[np.hypot(state[run, 0], state[run, 1]) > FAR]] = words.RAN_AWAY
+            with np.errstate(all="ignore"):  # without information there is no volume: NaN
+                diagonal = np.diagonal(matrix[which], axis1=-2, axis2=-1)
+                volume[run] = np.linalg.det(matrix[which]) / np.prod(diagonal, axis=-1)
 
     # One row for each run that still iterates; `active` says which run it is. `best`, `trial` and the
     # equations are in the chart's coordinates.
@@ -104,16 +110,16 @@ def minimise(blocks, angles, start, chart, safeguard, tolerance, max_iterations)
         if short.any():  # a last step that leaves the chart is not a last step
             short &= np.isfinite(chart.to_state(best + step)).all(axis=-1)
         stuck = ~lost & (damping > MOST_DAMPING if safeguard else ~better)
-        finish(short, CONVERGED, best + step)
-        finish(stuck, NO_DESCENT, best)
+        finish(short, words.CONVERGED, best + step)
+        finish(stuck, words.NO_DESCENT, best)
         going = ~(short | stuck | lost)
         if not going.all():
             measured = [part[going] for part in measured]
             rows = (active, best, best_cost, damping, matrix, slope, step)
             active, best, best_cost, damping, matrix, slope, step = (row[going] for row in rows)
         trial = best + step
-    finish(np.ones(len(active), dtype=bool), TOO_LONG, best)
-    return state, reason == CONVERGED, reason, iterations, cost
+    finish(np.ones(len(active), dtype=bool), words.ITERATION_LIMIT, best)
+    return state, status, iterations, cost, volume
 
 
 def _normal_equations(blocks, measured, point, chart):
@@ -135,6 +141,8 @@ def _normal_equations(blocks, measured, point, chart):
             residual = sensor.model.residual(angles, value.reshape(angles.shape))
             gradient = gradient.reshape(n, *angles.shape)
             weight = sensor.sigma**-2
+            if np.ndim(weight):  # a sigma for each measurement
+                residual, gradient, weight = residual / sensor.sigma, gradient / sensor.sigma, 1.0
             cost += weight * np.vecdot(residual, residual)
             slope += weight * np.vecdot(gradient, residual)
             for i in range(n):

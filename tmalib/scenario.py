@@ -91,8 +91,15 @@ class Scenario:
 
     @cached_property
     def sigma(self):
-        """Standard deviation of every measurement, shape ``(N,)``."""
-        return np.concatenate([np.full(len(sensor), sensor.sigma) for sensor in self.sensors])
+        """Standard deviation of every measurement, shape ``(N,)``; `ValueError` where one is not known."""
+        if unknown := self.unknown_sigmas:
+            raise ValueError(f"the sigma of {unknown} is not known; give it, or fit one run to estimate it")
+        return np.concatenate([np.broadcast_to(sensor.sigma, len(sensor)) for sensor in self.sensors])
+
+    @property
+    def unknown_sigmas(self):
+        """Names of the sensors whose standard deviation is not known."""
+        return [sensor.name for sensor in self.sensors if sensor.sigma is None]
 
     @cached_property
     def blocks(self):
@@ -151,7 +158,12 @@ class Scenario:
         return state
 
     def check_measurements(self, angles):
-        """``angles`` as a float array ``(..., N)``; `ValueError` when its last axis does not fit."""
+        """``angles`` as a float array ``(..., N)``; `ValueError` when its last axis does not fit.
+
+        What a masked array masks is missing: NaN.
+        """
+        if np.ma.isMaskedArray(angles):
+            angles = np.ma.asarray(angles, dtype=float).filled(np.nan)
         angles = np.asarray(angles, dtype=float)
         if angles.ndim == 0 or angles.shape[-1] != len(self.times):
             raise ValueError(f"measurements must have shape (..., {len(self.times)}), got {angles.shape}")
@@ -219,14 +231,24 @@ class Scenario:
 
     def between(self, first, last):
         """The scenario with the measurements from time ``first`` to ``last`` only, both included."""
-        kept = [(s, s.times[(s.times >= first) & (s.times <= last)]) for s in self.sensors]
-        sensors = [replace(sensor, times=times) for sensor, times in kept if len(times)]
-        if not sensors:
+        wanted = (self.times >= first) & (self.times <= last)
+        if not wanted.any():
             raise ValueError(
                 f"no measurement between {first} and {last}; there are some from {self.times.min()} "
                 f"to {self.times.max()}"
             )
-        return replace(self, sensors=sensors)
+        return self.keep(wanted)
+
+    def keep(self, wanted):
+        """The scenario with some of its measurements only, ``wanted`` being a mask ``(N,)``.
+
+        A sensor of which nothing is left is gone, and with it any unknown that it alone asked for.
+        """
+        wanted = np.asarray(wanted)
+        if wanted.dtype != bool or wanted.shape != self.times.shape or not wanted.any():
+            raise ValueError(f"wanted must be a mask of {len(self.times)}, not all false, got {wanted}")
+        parts = [(block.sensor, wanted[block.columns]) for block in self.blocks]
+        return replace(self, sensors=[sensor.keep(part) for sensor, part in parts if part.any()])
 
     def columns_between(self, first, last):
         """Columns of the measurement vector that `between` keeps, shape ``(N',)``."""

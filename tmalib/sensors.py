@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -20,8 +20,9 @@ class Sensor:
         `Bearing`, `DelayedBearing` or any object with the same methods (see `tmalib.models`).
     times : array_like, shape (N,)
         Strictly increasing, in seconds.
-    sigma : float
-        Standard deviation of the measurement noise, positive, in the model's unit (radians).
+    sigma : float or array_like, shape (N,), optional
+        Standard deviation of the measurement noise, of all or of each measurement, positive, in the model's
+        unit (radians). `None` if it is not known: `fit` then estimates it from the residuals of one run.
     name : str, optional
     platform : motion, optional
         What carries the sensor, if not the scenario's platform.
@@ -29,7 +30,7 @@ class Sensor:
 
     model: object
     times: np.ndarray
-    sigma: float
+    sigma: float | np.ndarray | None
     name: str = ""
     platform: object = None
 
@@ -37,11 +38,22 @@ class Sensor:
         times = check_array("times", self.times, (None,))
         if np.any(np.diff(times) <= 0):
             raise ValueError("times of a sensor must be strictly increasing")
-        sigma = check_scalar("sigma", self.sigma, above=0.0)
+        sigma = self.sigma
+        if np.ndim(sigma):
+            sigma = check_array("sigma", sigma, (len(times),))
+            if not np.all(sigma > 0):
+                raise ValueError(f"sigma must be positive, got {sigma.min()}")
+        elif sigma is not None:
+            sigma = check_scalar("sigma", sigma, above=0.0)
         set_fields(self, times=times, sigma=sigma, name=self.name or type(self.model).__name__)
 
     def __len__(self):
         return len(self.times)
+
+    def keep(self, which):
+        """The sensor with some of its measurements, ``which`` being a mask ``(N,)`` or indices."""
+        sigma = self.sigma[which] if np.ndim(self.sigma) else self.sigma
+        return replace(self, times=self.times[which], sigma=sigma)
 
 
 class SensorBlock(NamedTuple):

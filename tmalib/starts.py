@@ -34,6 +34,7 @@ import numpy as np
 from . import levenberg_marquardt as lm
 from .charts import Cartesian, ModifiedPolar, chart_of
 from .scenario import Scenario
+from .status import CONVERGED
 from .uniform import PLANE, moving_pairs, propagate
 
 GROUPS = range(30, 45)  # numbers of groups of a sensor's bearings, two values each
@@ -55,11 +56,12 @@ def condense(sensor, angles):
     """A sensor with two values for each group of successive bearings, and these values.
 
     ``angles`` is ``(runs, N)``; the values are ``(runs, 2 groups)``. A sensor with fewer than four bearings a
-    group stays as it is. All values share one standard deviation, so the number of groups is the one of
-    `GROUPS` that divides the bearings best; groups differ by one bearing at most.
+    group, or with a sigma for each bearing, stays as it is. All values share one standard deviation, so the
+    number of groups is the one of `GROUPS` that divides the bearings best; groups differ by one bearing at
+    most.
     """
     count, groups = len(sensor), min(GROUPS, key=lambda groups: len(sensor) % groups)
-    if count < 4 * groups:
+    if count < 4 * groups or np.ndim(sensor.sigma):
         return sensor, angles
     first = np.arange(groups) * count // groups
     size = np.diff(first, append=count)
@@ -250,11 +252,18 @@ def _try_ranges(scenario, values):
 def _fitted(scenario, values, start, chart, passes=PASSES):
     """Fitted states ``(runs, n)``, their criteria (infinite for none), and whether they have converged."""
     settings = (chart_of(scenario, chart), True, TOLERANCE, passes)
-    state, converged, _, _, cost = lm.minimise_in_blocks(scenario, values, start, *settings)
-    return state, np.where(np.isfinite(cost), cost, np.inf), converged
+    state, status, _, cost, _ = lm.minimise_in_blocks(scenario, values, start, *settings)
+    return state, np.where(np.isfinite(cost), cost, np.inf), status == CONVERGED
 
 
 def _mach(scenario, state):
     """Speeds ``(runs,)`` as shares of that of the slowest sound by which the target is heard."""
     speed = np.hypot(*state[:, moving_pairs(scenario.coordinates)[1]].T)
     return speed / min(getattr(sensor.model, "c", np.inf) for sensor in scenario.sensors)
+
+
+def starts_at_ranges(scenario, angles):
+    """States ``(S, n)`` of one run of bearings ``(N,)``, one for each of `RANGES` at the first bearing."""
+    fewer, values = condensed_bearings(scenario, angles[None])
+    equations = LinearEquations(fewer, np.repeat(values, len(RANGES), axis=0))
+    return complete_state(scenario, equations.solve(RANGES), equations.middle)

@@ -122,7 +122,7 @@ def study(family, number):
         lost = elsewhere | (~found.converged & np.isfinite(best))
         counts.append(np.stack([lost, elsewhere, starts.find_start(scenario, angles)[1]]))
         cases += [
-            (k, int(run), found.reason[run], found.cost[run], best[run]) for run in np.flatnonzero(lost)
+            (k, int(run), found.status[run], found.cost[run], best[run]) for run in np.flatnonzero(lost)
         ]
     return np.concatenate(counts, axis=1), np.array(many), np.array(single), cases
 

@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ... import figures
-from ...bounds import confidence_ellipse
+from ...ellipse import confidence_ellipse
 
 OFF_THE_SCALE = 5.0  # per cent
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...batch import fit
-from ...bounds import confidence_ellipse, crlb, nees
+from ...bounds import crlb, nees
 from ...consistency import compare_with_truth, fit_over_time
+from ...ellipse import confidence_ellipse
 from ...recursive import ekf
 from . import scenarios as emw
 

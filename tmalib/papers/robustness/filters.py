@@ -20,8 +20,8 @@ import numpy as np
 from ...averaging import average_measurements
 from ...batch import along_first_bearing, fit
 from ...bearings import bearing, wrap
-from ...bounds import confidence_ellipse
 from ...charts import ModifiedPolar
+from ...ellipse import confidence_ellipse
 from ...particles import ParticleTrack, cloud_along_first_bearing, sir
 from ...recursive import Track, ekf, prior_along_first_bearing
 from ...scenario import Scenario

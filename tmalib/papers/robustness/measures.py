@@ -12,8 +12,8 @@ import numpy as np
 
 from ...batch import fit
 from ...bounds import crlb
-from ...levenberg_marquardt import TOO_FAR
 from ...sensitivity import differential, displaced_measurements, position_criterion
+from ...status import NO_MINIMUM, RAN_AWAY
 from . import scenarios as paper
 from .periodic import comb_tops
 from .worst import other_models, worst_final
@@ -33,7 +33,7 @@ def fit_or_infinity(geometry, measured, start=None):
     start = geometry.theta_star if start is None else start
     found = fit(geometry.straight, measured, start, tolerance=TOLERANCE, max_iterations=1000)
     state = np.where(found.converged[..., None], found.state, np.nan)
-    return np.where((found.reason == TOO_FAR)[..., None], np.inf, state)
+    return np.where(np.isin(found.status, [NO_MINIMUM, RAN_AWAY])[..., None], np.inf, state)
 
 
 def final_position(state):

@@ -20,9 +20,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...batch import distinct_minima
 from ...bearings import Bearing
 from ...checks import check_count
+from ...minima import distinct_minima
 from ...scenario import Sensor
 from ...sensitivity import displaced_measurements
 from .scenarios import DURATION, SIGMA
