@@ -94,6 +94,21 @@ def test_sigmas_that_cannot_be(scenario, sigma):
         replace(scenario.sensors[0], sigma=sigma)
 
 
+def test_repeated_times_and_any_reference_time(scenario):
+    """Two bearings of one instant are two bearings; the state may be wanted far from the measurements."""
+    radar = scenario.sensors[0]
+    twice = replace(scenario, sensors=[tma.Sensor(tma.Bearing(), np.repeat(radar.times, 2), radar.sigma)])
+    apart = replace(scenario, sensors=[radar, replace(radar, name="other")])
+    angles = apart.simulate(20, seed=9)
+    found = tma.fit(twice, angles.reshape(20, 2, -1).transpose(0, 2, 1).reshape(20, -1), tolerance=1e-6)
+    np.testing.assert_allclose(found.state, tma.fit(apart, angles, tolerance=1e-6).state, rtol=1e-5)
+    for reference in (-1e5, 0.0, 5e4, 1.7e9):
+        other = tma.fit(replace(apart, reference_time=reference, target=None), angles, tolerance=1e-6)
+        moved = other.at(600.0)
+        np.testing.assert_allclose(moved.state, tma.fit(apart, angles, tolerance=1e-6).state, rtol=1e-5)
+        np.testing.assert_allclose(moved.covariance, tma.crlb(apart, moved.state), rtol=1e-3)
+
+
 def without_sigmas(scenario, which=(0, 1)):
     sensors = [replace(s, sigma=None) if k in which else s for k, s in enumerate(scenario.sensors)]
     return replace(scenario, sensors=sensors)
@@ -106,7 +121,7 @@ def test_an_unknown_sigma_is_that_of_the_residuals(scenario):
     known, found = tma.fit(radar, run, tolerance=1e-6), tma.fit(without_sigmas(radar), run, tolerance=1e-6)
     np.testing.assert_allclose(found.state, known.state, rtol=1e-6)
     expected = radar.sensors[0].sigma * np.sqrt(known.cost / (len(run) - 4))
-    assert found.scenario.sensors[0].sigma == pytest.approx(expected, rel=1e-4)
+    assert found.scenario.sensors[0].sigma == pytest.approx(expected, rel=1e-3)
     np.testing.assert_allclose(found.covariance, known.covariance * known.cost / (len(run) - 4), rtol=1e-3)
     assert np.isnan(found.p_value)
     assert found.estimated == ("radar",)
@@ -114,16 +129,16 @@ def test_an_unknown_sigma_is_that_of_the_residuals(scenario):
 
 def test_unknown_sigmas_of_two_sensors_are_right_on_average(scenario):
     """Both sigmas without bias, and intervals of the covariance that hold what they should."""
-    runs, unknown = scenario.simulate(300, seed=8), without_sigmas(scenario)
+    runs, unknown = scenario.simulate(150, seed=8), without_sigmas(scenario)
     fits = [tma.fit(unknown, run) for run in runs]
     ratio = np.array(
         [[s.sigma / t.sigma for s, t in zip(f.scenario.sensors, scenario.sensors, strict=True)] for f in fits]
     )
     square = (ratio**2).mean(axis=0)
-    np.testing.assert_array_less(np.abs(square - 1), 4 * (ratio**2).std(axis=0) / np.sqrt(300))
+    np.testing.assert_array_less(np.abs(square - 1), 4 * (ratio**2).std(axis=0) / np.sqrt(150))
     off = np.array([(f.state - scenario.state) / f.sigma for f in fits])
     for inside in (np.abs(off) < 1.645).sum(axis=0):
-        low, high = binomtest(int(inside), 300).proportion_ci(0.999)
+        low, high = binomtest(int(inside), 150).proportion_ci(0.999)
         assert low < 0.9 < high, "about nine in ten"
 
 

@@ -71,8 +71,8 @@ def bad_scenarios():
     ok = tma.Scenario(platform, [sensor], 0.0, target)
     crossing = tma.Target((0.0, 500.0), 5.0, np.pi)
     return [
-        (lambda: tma.Sensor(tma.Bearing(), [0.0, 0.0], 0.01), "strictly increasing"),
-        (lambda: tma.Sensor(tma.Bearing(), [1.0, 0.0], 0.01), "strictly increasing"),
+        (lambda: tma.Sensor(tma.Bearing(), np.array([0, 1], "m8[s]"), 0.01), "numbers of seconds"),
+        (lambda: tma.Sensor(tma.Bearing(), [1.0, 0.0], 0.01), "must not go back"),
         (lambda: tma.Sensor(tma.Bearing(), [[0.0]], 0.01), "times must have shape"),
         (lambda: tma.Sensor(tma.Bearing(), [np.nan], 0.01), "times must be finite"),
         (lambda: tma.Sensor(tma.Bearing(), [0.0], 0.0), "sigma must be greater than 0"),

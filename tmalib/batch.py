@@ -11,6 +11,7 @@ processor's cache; results do not depend on the size of a block.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -23,7 +24,7 @@ from .cosine_starts import has_cosines, lowest_of_grid
 from .estimate import Fit
 from .levenberg_marquardt import minimise_in_blocks
 from .starts import find_start, starts_at_ranges
-from .uniform import PLANE, moving_pairs
+from .uniform import BENDING, PLANE, moving_pairs, propagate
 from .unknown_sigma import with_estimated_sigmas
 
 FLAT = 1e-9  # a scaled determinant of the information below which its rank is looked at
@@ -132,6 +133,10 @@ def fit(scenario, angles, start=None, *, chart=None, safeguard=True, tolerance=1
     if estimated:
         again = partial(fit, angles=angles, start=start, chart=chart)
         scenario = with_estimated_sigmas(scenario, angles, again)
+    elapsed = _beyond(scenario)
+    if elapsed:
+        scenario = replace(scenario, reference_time=scenario.reference_time - elapsed, target=None)
+        start = None if start is None else propagate(start, -elapsed, scenario.coordinates)
     shape = angles.shape[:-1] if start is None else np.broadcast_shapes(angles.shape[:-1], start.shape[:-1])
     angles = np.broadcast_to(angles, (*shape, angles.shape[-1]))
     rows = angles.reshape(-1, angles.shape[-1])
@@ -139,7 +144,19 @@ def fit(scenario, angles, start=None, *, chart=None, safeguard=True, tolerance=1
         start = np.broadcast_to(start, (*shape, start.shape[-1])).reshape(-1, start.shape[-1])
     fields = _fit_what_is_there(scenario, rows, start, settings)
     state, status, iterations, cost = (part.reshape(shape + part.shape[1:]) for part in fields)
+    if elapsed:
+        scenario = replace(scenario, reference_time=scenario.reference_time + elapsed)
+        state = propagate(state, elapsed, scenario.coordinates)
     return Fit(state, status, iterations, cost, scenario, angles, estimated)
+
+
+def _beyond(scenario):
+    """Seconds by which the reference time is too far from the measurements: a fit is made nearer to them."""
+    first, last = scenario.times.min(), scenario.times.max()
+    span = last - first
+    nearest = np.clip(scenario.reference_time, first - span, last + span)
+    uniform = set(PLANE) <= set(scenario.coordinates) and not set(BENDING) & set(scenario.coordinates)
+    return scenario.reference_time - nearest if uniform else 0.0
 
 
 def _can_start(scenario, start=None):

@@ -11,6 +11,8 @@ def set_fields(instance, **values):
 
 def check_scalar(name, value, minimum=None, above=None):
     """``value`` as a finite float, at least ``minimum``, greater than ``above``."""
+    if isinstance(value, np.datetime64 | np.timedelta64):
+        raise ValueError(f"{name} must be a number of seconds, not {value!r}; subtract an epoch")
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -42,7 +44,14 @@ def check_probability(value):
 
 def check_array(name, value, shape):
     """``value`` as a finite, read-only float array of ``shape`` (`None` accepts any length)."""
-    array = np.array(value, dtype=float)
+    if np.asarray(value).dtype.kind in "mM":
+        raise ValueError(
+            f"{name} must be numbers of seconds, not {np.asarray(value).dtype}; subtract an epoch"
+        )
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} must be numbers, got {value!r}") from None
     fits = array.ndim == len(shape) and all(
         want is None or have == want for have, want in zip(array.shape, shape, strict=True)
     )

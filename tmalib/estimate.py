@@ -1,13 +1,13 @@
 """What a batch fit gives: states with their status, and what they are worth.
 
 An estimate ``X`` comes with the bound at X as its covariance, ``F(X)^-1``, and a criterion that is chi-square
-with N - n degrees of freedom if model and sigmas are right. Its state at another time t is ``Phi X`` with the
-covariance ``Phi F^-1 Phi'``.
+with N - n degrees of freedom if model and sigmas are right. Its state at another time t is ``Phi X``, with the
+bound there as its covariance, which equals ``Phi F^-1 Phi'``.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +17,7 @@ from .bounds import factor, in_words, inverse_information, weakest_direction
 from .checks import check_scalar
 from .ellipse import confidence_ellipse
 from .sensitivity.response import sandwich_covariance
-from .uniform import propagate, transition
+from .uniform import propagate
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,10 +111,17 @@ class Fit:
 
     @cached_property
     def _factors(self):
-        gradient = self.scenario.linearise(self.state)[1] / self.scenario.sigma[:, None]
+        return self._factored(self.scenario, self.state)
+
+    def _factored(self, scenario, state):
+        with np.errstate(all="ignore"):  # what is not finite is found below
+            gradient = scenario.linearise(state)[1] / scenario.sigma[:, None]
         jacobian = np.where(np.isnan(self.measured)[..., None], 0.0, gradient)
         jacobian[~np.isfinite(jacobian).all(axis=(-1, -2))] = np.nan
-        return factor(self.scenario, self.state, jacobian)
+        return factor(scenario, state, jacobian)
+
+    def _bound(self, factors):
+        return np.where(self.converged[..., None, None], inverse_information(factors), np.nan)
 
     @property
     def rank(self):
@@ -137,7 +144,7 @@ class Fit:
     @cached_property
     def covariance(self):
         """The bound at the estimate, ``(..., n, n)``; NaN where a run has not converged."""
-        return np.where(self.converged[..., None, None], inverse_information(self._factors), np.nan)
+        return self._bound(self._factors)
 
     @cached_property
     def residuals(self):
@@ -176,10 +183,10 @@ class Fit:
         >>> later.ellipse(0.9).semi_axes.shape
         (2,)
         """
-        elapsed = check_scalar("time", time) - self.scenario.reference_time
-        phi = transition(elapsed, self.scenario.coordinates)
-        state = propagate(self.state, elapsed, self.scenario.coordinates)
-        return Estimate(float(time), self.scenario.coordinates, state, phi @ self.covariance @ phi.T)
+        then = replace(self.scenario, reference_time=check_scalar("time", time), target=None)
+        elapsed = then.reference_time - self.scenario.reference_time
+        state = propagate(self.state, elapsed, then.coordinates)
+        return Estimate(float(time), then.coordinates, state, self._bound(self._factored(then, state)))
 
     def explain(self):
         """What became of the runs, and what to do next, in words; a line for each status.

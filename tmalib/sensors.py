@@ -19,7 +19,7 @@ class Sensor:
     model : measurement model
         `Bearing`, `DelayedBearing` or any object with the same methods (see `tmalib.models`).
     times : array_like, shape (N,)
-        Strictly increasing, in seconds.
+        In seconds, not decreasing.
     sigma : float or array_like, shape (N,), optional
         Standard deviation of the measurement noise, of all or of each measurement, positive, in the model's
         unit (radians). `None` if it is not known: `fit` then estimates it from the residuals of one run.
@@ -36,8 +36,8 @@ class Sensor:
 
     def __post_init__(self):
         times = check_array("times", self.times, (None,))
-        if np.any(np.diff(times) <= 0):
-            raise ValueError("times of a sensor must be strictly increasing")
+        if np.any(np.diff(times) < 0):
+            raise ValueError("times of a sensor must not go back; sort them, and the measurements with them")
         sigma = self.sigma
         if np.ndim(sigma):
             sigma = check_array("sigma", sigma, (len(times),))

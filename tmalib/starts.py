@@ -68,6 +68,7 @@ def condense(sensor, angles):
     mean = np.add.reduceat(sensor.times, first) / size
     away = sensor.times - np.repeat(mean, size)
     spread = np.sqrt(np.add.reduceat(away**2, first) / size)
+    spread[spread == 0] = 1.0  # bearings of one time have no slope: both values are their mean
     start = angles[:, first]  # the first of each group, so that no difference wraps
     offset = sensor.model.residual(angles, np.repeat(start, size, axis=1))
     middle = start + np.add.reduceat(offset, first, axis=1) / size

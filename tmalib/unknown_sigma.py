@@ -21,7 +21,7 @@ import numpy as np
 
 from .bounds import whitened_jacobian
 
-ROUNDS, SETTLED = 30, 1e-6  # of sigma, relative
+ROUNDS, SETTLED = 30, 1e-4  # of sigma, relative
 LEAST = 1e-12  # of a sigma: residuals may all be zero
 
 
@@ -31,7 +31,7 @@ def roughness(sensor, measured):
         raise ValueError(f"an unknown sigma needs three measurements of {sensor.name}, got {len(measured)}")
     first, here, last = measured[:-2], measured[1:-1], measured[2:]
     gap = np.diff(sensor.times)
-    share = gap[:-1] / (gap[:-1] + gap[1:])
+    share = gap[:-1] / np.where(gap[:-1] + gap[1:] > 0, gap[:-1] + gap[1:], 1.0)
     residual = sensor.model.residual
     off = residual(here, first) - share * residual(last, first)
     return max(LEAST, float(np.sqrt(np.mean(off**2 / (1 + share**2 + (1 - share) ** 2)))))
