@@ -1,8 +1,8 @@
 """What a batch fit gives: states with their status, and what they are worth.
 
 An estimate ``X`` comes with the bound at X as its covariance, ``F(X)^-1``, and a criterion that is chi-square
-with N - n degrees of freedom if model and sigmas are right. Its state at another time t is ``Phi X``, with the
-bound there as its covariance, which equals ``Phi F^-1 Phi'``.
+with N - n degrees of freedom if model and sigmas are right. Its state at another time t is ``Phi X``, and its
+covariance the bound there, ``Phi F^-1 Phi'``.
 """
 
 from __future__ import annotations
