@@ -179,51 +179,85 @@ def test_a_measurement_that_no_particle_explains_is_reported(linear):
     assert track.degenerate
 
 
-def test_a_measurement_of_nan_is_reported(linear):
+def without(scenario, column):
+    """The scenario without one measurement, and the columns that stay."""
+    stay = np.arange(len(scenario.times)) != column
+    sensors = [
+        tma.Sensor(block.sensor.model, block.sensor.times[stay[block.columns]], block.sensor.sigma)
+        for block in scenario.blocks
+    ]
+    return replace(scenario, sensors=sensors), stay
+
+
+@pytest.mark.parametrize("column", [0, 8])  # the first and the second of two at the same time
+def test_of_two_measurements_only_the_missing_one_is_skipped(linear, column):
+    measured = linear.simulate(1, seed=3)[0]
+    fewer, stay = without(linear, column)
+    told = tma.sir(fewer, measured[stay], gaussian_cloud(300, 1), BETA, seed=5)
+    measured[column] = np.nan
+    track = tma.sir(linear, measured, gaussian_cloud(300, 1), BETA, seed=5)
+    for name in ("state", "covariance", "standard_error", "effective", "families", "particles"):
+        np.testing.assert_array_equal(getattr(track, name), getattr(told, name))
+    assert track.log_likelihood == told.log_likelihood
+    assert track.finite
+
+
+def test_where_nothing_is_measured_the_cloud_moves_on(linear):
+    """The row of a missing measurement is a prediction; without noise two steps are one."""
+    measured, row = linear.simulate(1, seed=3)[0], 3
+    fewer, stay = without(linear, row)
+    rng = np.random.default_rng(5)
+    before = tma.sir(fewer.until(2.5), measured[stay & (linear.times < 4)], gaussian_cloud(300, 1), 0, rng)
+    rng.random()  # the comb of the step with NaN
+    after = tma.sir(fewer, measured[stay], tma.Cloud(before.particles, 2.5), 0, rng)
+    measured[row] = np.nan
+    track = tma.sir(linear, measured, gaussian_cloud(300, 1), 0, np.random.default_rng(5))
+    np.testing.assert_array_equal(track.state[:row], before.state)
+    predicted = tma.propagate(before.particles, 1.5)
+    np.testing.assert_allclose(track.state[row], predicted.mean(axis=0), rtol=1e-9)
+    np.testing.assert_allclose(track.covariance[row], np.cov(predicted.T, bias=True), rtol=1e-9)
+    assert track.effective[row] == pytest.approx(300)
+    assert track.families[row] == track.families[row - 1], "nothing is resampled"
+    np.testing.assert_allclose(track.state[row + 1 :], after.state, rtol=1e-9)
+    np.testing.assert_allclose(track.particles, after.particles, rtol=1e-9)
+    assert track.log_likelihood == pytest.approx(before.log_likelihood + after.log_likelihood)
+    assert track.finite
+
+
+def test_a_time_at_which_no_particle_has_a_weight_says_so(linear):
     measured = linear.measure()
-    measured[3] = np.nan
+    measured[3] = np.inf
     track = tma.sir(linear, measured, gaussian_cloud(500, 1), BETA, seed=2)
     assert not track.finite
-    assert np.isfinite(track.state[:3]).all()
+    assert track.effective[3] == 0
+    assert track.log_likelihood == -np.inf
     assert np.isnan(track.state[3]).all()
-    assert np.isnan([*track.standard_error[3], track.effective[3], track.log_likelihood]).all()
-    assert np.isfinite(track.state[4:]).all(), "only its own row"
-    assert np.isfinite(track.covariance[4:]).all()
+    assert np.isnan(track.standard_error[3]).all()
+    others = np.delete(np.arange(len(track.times)), 3)
+    assert np.isfinite(track.covariance[others]).all(), "only its own row"
     assert track.families[3] == track.families[2], "nothing is resampled"
 
 
-def without(scenario, time):
-    """The scenario without what was measured at a time, and the columns that stay."""
-    sensors = [tma.Sensor(s.model, s.times[s.times != time], s.sigma) for s in scenario.sensors]
-    return replace(scenario, sensors=sensors), scenario.times != time
-
-
-@pytest.mark.parametrize("column", [3, 8])  # one sensor alone, and one of two at the same time
-def test_after_nan_the_cloud_moves_on_as_if_nothing_was_measured(linear, column):
-    """Without noise in the velocity two steps are one: the filter that was never told has the same rows."""
-    measured, time = linear.simulate(1, seed=3)[0], linear.times[column]
-    row = int(np.flatnonzero(np.unique(linear.times) == time)[0])
-    fewer, stay = without(linear, time)
-    rng = np.random.default_rng(5)
-    before = tma.sir(
-        fewer.until(time), measured[stay & (linear.times < time)], gaussian_cloud(300, 1), 0, rng
-    )
-    rng.random()  # the comb of the step with NaN
-    cloud = tma.Cloud(before.particles, before.times[-1])
-    after = tma.sir(fewer, measured[stay], cloud, 0, rng)
-    measured[column] = np.nan
-    track = tma.sir(linear, measured, gaussian_cloud(300, 1), 0, np.random.default_rng(5))
-    np.testing.assert_array_equal(track.state[:row], before.state)
-    assert np.isnan(track.state[row]).all()
-    np.testing.assert_allclose(track.state[row + 1 :], after.state, rtol=1e-9)
-    np.testing.assert_allclose(track.particles, after.particles, rtol=1e-9)
-    assert not track.finite
+def test_a_particle_that_predicts_nothing_harms_no_other():
+    """Faster than sound, it is not heard and has no weight; without resampling noise, what is left is equal."""
+    ship = tma.Course((0, 0), 0.0, 0.0, [tma.Straight(60)])
+    watch = tma.Scenario(ship, [tma.Sensor(tma.DopplerFrequency(1500.0), [10.0, 20.0], 1.0)], 20.0)
+    states = np.random.default_rng(1).normal([4e3, 3e3, 5, 5, 300], [200, 200, 1, 1, 2], (200, 5))
+    wild = states.copy()
+    wild[7, 2:4] = 2000.0
+    track = tma.sir(watch, [298.0, 299.0], tma.Cloud(wild, 0.0), 0.0, seed=1)
+    assert track.finite
+    assert not np.any(track.ancestor == 7)
+    tame = tma.sir(watch, [298.0, 299.0], tma.Cloud(np.delete(states, 7, axis=0), 0.0), 0.0, seed=1)
+    np.testing.assert_allclose(track.state[0], tame.state[0], rtol=1e-12)
+    np.testing.assert_allclose(track.effective[0], tame.effective[0], rtol=1e-12)
 
 
 def test_after_nan_the_filter_still_agrees_with_the_kalman_filter(linear):
     """Which skips the update but not the prediction."""
     measured = linear.simulate(1, seed=3)[0]
-    mean, covariance, _ = kalman(without(linear, 4.0)[0], measured[without(linear, 4.0)[1]], [4.0])
+    fewer, stay = without(linear, 3)
+    mean, covariance, _ = kalman(fewer, measured[stay], [4.0])
     measured[3] = np.nan
     runs = [tma.sir(linear, measured, gaussian_cloud(4000, k), BETA, seed=1000 + k) for k in range(40)]
     error = np.array([run.state[-1] for run in runs]) - mean
@@ -296,7 +330,12 @@ def test_bad_input(scenario):
     angles, along = scenario.measure(), tma.cloud_along_first_bearing
     cloud = tma.Cloud(np.ones((3, 4)), 0.0)
     for call, message in (
-        (lambda: tma.Cloud(np.ones((3, 5)), 0.0), "states must have shape"),
+        (lambda: tma.Cloud(np.ones(4), 0.0), "states must have shape"),
+        (lambda: tma.sir(scenario, angles, tma.Cloud(np.ones((3, 5)), 0.0), 1.0, 1), "state must have shape"),
+        (lambda: tma.sir(scenario, angles, cloud, 1.0, 1, walks={"vx": 1.0}), "walks must name"),
+        (lambda: tma.sir(scenario, angles, cloud, 1.0, 1, walks={"bias": 1.0}), "walks must name"),
+        (lambda: along(scenario, angles * np.nan, (1.0, 2.0), 1, 9, 1), "first bearing"),
+        (lambda: along(scenario, angles, (1.0, 2.0), 1, 9, 1, {"bias": (0, 1)}), "others must have"),
         (lambda: tma.Cloud(np.ones((0, 4)), 0.0), "at least one particle"),
         (lambda: tma.Cloud(np.full((3, 4), np.nan), 0.0), "states must be finite"),
         (lambda: tma.sir(scenario, angles[None], cloud, 1.0, 1), "takes one run"),

@@ -152,7 +152,7 @@ def test_consistent_with_a_good_prior(scenario):
 
 def test_a_diverged_run_is_flagged_and_stays(scenario):
     angles = scenario.simulate(3, seed=8)
-    angles[1, 5] = np.nan
+    angles[1, 5] = np.inf
     prior = tma.Prior(replace(scenario, reference_time=0.0).state, np.diag([1e6, 1e6, 4.0, 4.0]), 0.0)
     track = tma.ekf(scenario, angles, prior)
     np.testing.assert_array_equal(track.finite, [True, False, True])
@@ -176,8 +176,11 @@ def polar_move(y, step, before, after):
     return np.array([np.arctan2(*d), rho / np.sqrt(length2), radial / length2, transverse / length2])
 
 
-def polar_filter(scenario, angles, mean, covariance, time):
-    """The textbook filter, one run: state in modified polar coordinates, Jacobian by finite differences."""
+def polar_filter(scenario, angles, mean, covariance, time, q=0.0):
+    """The textbook filter, one run: state in modified polar coordinates, Jacobian by finite differences.
+
+    White acceleration of density ``q`` is added to the predicted state, in these coordinates.
+    """
     place = scenario.platform.position_at
     chart = tma.ModifiedPolar(place(time))
     y = chart.from_state(mean)
@@ -190,7 +193,9 @@ def polar_filter(scenario, angles, mean, covariance, time):
             e = h * np.eye(4)[i]
             ends = [polar_move(y + s * e, then - now, place(now), place(then)) for s in (1, -1)]
             f[:, i] = (ends[0] - ends[1]) / (2 * h)
-        y, p, now = polar_move(y, then - now, place(now), place(then)), f @ p @ f.T, then
+        y, p, t, now = polar_move(y, then - now, place(now), place(then)), f @ p @ f.T, then - now, then
+        back = np.linalg.inv(tma.ModifiedPolar(place(now)).jacobian(y))
+        p = p + back @ np.kron(q * np.array([[t**3 / 3, t**2 / 2], [t**2 / 2, t]]), np.eye(2)) @ back.T
         gain = p[:, 0] / (p[0, 0] + scenario.sigma[k] ** 2)  # the bearing is the first coordinate
         y = y + gain * tma.wrap(angles[k] - y[0])
         p = p - np.outer(gain, p[0])
@@ -204,15 +209,17 @@ def bearings(scenario):
     return replace(scenario, sensors=scenario.sensors[:1])
 
 
-def test_modified_polar_equals_the_textbook_filter(bearings):
+@pytest.mark.parametrize("q", [0.0, 1e-3])
+def test_modified_polar_equals_the_textbook_filter(bearings, q):
     """Finite differences of second order leave 1e-9 of the Jacobian a step."""
     angles = bearings.simulate(3, seed=8)
     prior = tma.prior_along_first_bearing(bearings, angles, 5e3, 2e3, 10.0)
-    track = tma.ekf(bearings, angles, prior, chart=tma.ModifiedPolar)
-    cartesian = tma.ekf(bearings, angles, prior)
+    noise = tma.ProcessNoise(q)
+    track = tma.ekf(bearings, angles, prior, chart=tma.ModifiedPolar, process_noise=noise)
+    cartesian = tma.ekf(bearings, angles, prior, process_noise=noise)
     for run in range(3):
         mean, covariance = polar_filter(
-            bearings, angles[run], prior.mean[run], prior.covariance[run], prior.time
+            bearings, angles[run], prior.mean[run], prior.covariance[run], prior.time, q
         )
         scale = np.sqrt(np.diag(covariance))
         np.testing.assert_allclose(track.state[run, -1] / scale, mean / scale, atol=1e-4)
@@ -352,16 +359,22 @@ def test_filter_of_the_tables_differs_only_at_radar_only_instants():
 
 
 @pytest.mark.parametrize(
-    ("prior", "record", "message"),
+    ("prior", "options", "message"),
     [
-        (tma.Prior(np.zeros(4), np.eye(3), 0.0), None, "symmetric"),
-        (tma.Prior(np.zeros(4), np.diag([1.0, 1, 1, -1]), 0.0), None, "positive definite"),
-        (tma.Prior(np.zeros(4), np.eye(4) + np.eye(4, k=1), 0.0), None, "symmetric"),
-        (tma.Prior(np.zeros(3), np.eye(4), 0.0), None, "state must have shape"),
-        (tma.Prior(np.zeros(4), np.eye(4), np.nan), None, "prior time must be finite"),
-        (tma.Prior(np.zeros(4), np.eye(4), 0.0), [3.0, 2.0], "strictly increasing"),
+        ((np.zeros(4), np.eye(3), 0.0), {}, "symmetric"),
+        ((np.zeros(4), np.diag([1.0, 1, 1, -1]), 0.0), {}, "positive definite"),
+        ((np.zeros(4), np.eye(4) + np.eye(4, k=1), 0.0), {}, "symmetric"),
+        ((0.0, 1.0, 0.0), {}, "symmetric"),
+        ((np.zeros(3), np.eye(3), 0.0), {}, "prior must have the components"),
+        ((np.zeros(4), np.eye(4), np.nan), {}, "prior time must be finite"),
+        ((np.zeros(4), np.eye(4), 0.0, ("x", "y")), {}, "coordinates must name the 4"),
+        ((np.zeros(4), np.eye(4), 0.0, ("x", "y", "vx", "z")), {}, "prior must have the components"),
+        ((np.zeros(4), np.eye(4), 0.0), {"record": [3.0, 2.0]}, "strictly increasing"),
+        ((np.zeros(4), np.eye(4), 0.0), {"gate": 1.0}, "gate must be a probability"),
+        ((np.zeros(4), np.eye(4), 9.0), {"record": [3.0], "process_noise": tma.ProcessNoise(1.0)}, "record"),
+        ((np.zeros(4), np.eye(4), 0.0), {"process_noise": tma.ProcessNoise(0, {"bias": 1.0})}, "walks must"),
     ],
 )
-def test_bad_input(scenario, prior, record, message):
+def test_bad_input(scenario, prior, options, message):
     with pytest.raises(ValueError, match=message):
-        tma.ekf(scenario, scenario.measure(), prior, record=record)
+        tma.ekf(scenario, scenario.measure(), tma.Prior(*prior), **options)

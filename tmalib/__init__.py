@@ -30,6 +30,7 @@ from .bounds import (
     nees_limits,
 )
 from .charts import Cartesian, ModifiedPolar
+from .clouds import Cloud, cloud_along_first_bearing
 from .cones import BOTTOM_BOUNCE, DIRECT, SURFACE_BOUNCE, ConicalAngle, RayPath, image_depth
 from .consistency import Consistency, compare_with_truth, fit_over_time
 from .curved import AcceleratedBearing, TurningBearing
@@ -41,9 +42,11 @@ from .minima import Alternative, alternatives, distinct_minima
 from .models import check_model
 from .montecarlo import Runs, Source, Statistics, Stream, monte_carlo, statistics
 from .motion import Course, SampledCourse, Straight, Target, Turn
-from .particles import Cloud, ParticleTrack, cloud_along_first_bearing, sir
+from .particles import ParticleTrack, sir
+from .priors import FilterState, Prior, prior_along_first_bearing
+from .process_noise import ProcessNoise
 from .ranges import Range
-from .recursive import Prior, Track, ekf, prior_along_first_bearing
+from .recursive import Track, ekf, predict, update
 from .scenario import Scenario
 from .sensors import Sensor
 from .sound_speed import DelayedBearingUnknownSpeed
@@ -69,11 +72,13 @@ __all__ = [
     "DopplerFrequency",
     "Ellipse",
     "Estimate",
+    "FilterState",
     "Fit",
     "ModifiedPolar",
     "NearGhost",
     "ParticleTrack",
     "Prior",
+    "ProcessNoise",
     "Range",
     "RayPath",
     "Runs",
@@ -111,6 +116,7 @@ __all__ = [
     "near_ghosts",
     "nees",
     "nees_limits",
+    "predict",
     "prior_along_first_bearing",
     "propagate",
     "propagation_delay",
@@ -118,5 +124,6 @@ __all__ = [
     "sir",
     "statistics",
     "transition",
+    "update",
     "wrap",
 ]  # fmt: skip

@@ -33,31 +33,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .batch import first_bearing
-from .checks import check_array, check_count, check_scalar, set_fields
+from .checks import check_scalar
+from .clouds import one_run
+from .process_noise import ProcessNoise
 from .sensors import in_order_of_time
+from .uniform import moving_pairs
 
 FEW_FAMILIES = 10  # the spread of so many independent draws is known to 1 / sqrt(2 10), 22 per cent
-
-
-@dataclass(frozen=True, eq=False)
-class Cloud:
-    """What is known of the state before filtering: equally likely states ``(N, 4)`` at ``time``.
-
-    Like a `Prior` it holds all that was measured up to and at its time.
-    """
-
-    states: np.ndarray
-    time: float
-
-    def __post_init__(self):
-        set_fields(
-            self,
-            states=check_array("states", self.states, (None, 4)),
-            time=check_scalar("time", self.time),
-        )
-        if not len(self.states):
-            raise ValueError("states is empty; a cloud needs at least one particle")
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,24 +50,25 @@ class ParticleTrack:
     ----------
     times : ndarray, shape (K,)
         Times of the measurements.
-    state, covariance : ndarray, shapes (K, 4) and (K, 4, 4)
-        Mean and covariance of the weighted cloud at each of the times.
-    standard_error : ndarray, shape (K, 4)
+    state, covariance : ndarray, shapes (K, n) and (K, n, n)
+        Mean and covariance of the weighted cloud at each of the times. NaN where no particle has a weight;
+        the cloud moves on as if nothing was measured at that time, and later rows go on.
+    standard_error : ndarray, shape (K, n)
         By how much `state` would scatter with other random numbers, judged from the families.
     effective : ndarray, shape (K,)
-        Effective sample size, before resampling.
+        Effective sample size, before resampling: N where all measurements are missing, 0 where no particle
+        has a weight.
     families : ndarray, shape (K,)
         Effective number of families, after resampling.
     log_likelihood : float
-        Logarithm of the density of the measurements after the cloud's time. Its exponential is unbiased.
-    particles : ndarray, shape (N, 4)
+        Logarithm of the density of the measurements after the cloud's time, those that are not missing. Its
+        exponential is unbiased. Minus infinity if no particle has a weight at one of the times.
+    particles : ndarray, shape (N, n)
         States at the last of the times, resampled: equally likely.
     ancestor : ndarray of int, shape (N,)
         The particle of the first cloud that each of them descends from.
     finite : bool
-        Whether every row of `state`, `covariance` and `standard_error` is. Where no particle has a weight, as
-        with a measurement of NaN (of one sensor is enough), these and `effective` are NaN, and so is
-        `log_likelihood`; the cloud moves on as if nothing was measured at that time, and later rows go on.
+        Whether every row of `state`, `covariance` and `standard_error` is.
     """
 
     times: np.ndarray
@@ -110,47 +93,7 @@ class ParticleTrack:
         return bool(self.families[-1] < FEW_FAMILIES)
 
 
-def cloud_along_first_bearing(scenario, angles, range, speed, particles, seed):
-    """First `Cloud`: uniform in range along the first bearing, velocity uniform in a disc.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    angles : array_like, shape (N,)
-        Measurements of one run.
-    range : pair of float
-        Smallest and largest range in metres.
-    speed : float
-        Largest speed in m/s.
-    particles : int
-    seed : int, SeedSequence or Generator
-
-    Returns
-    -------
-    Cloud
-        At the time of the first measurement, which it uses up: bearings scatter about it by its sigma.
-
-    Notes
-    -----
-    Source: `robustness`, Section IV, which gives neither the ranges nor the velocities.
-    """
-    angles = _one_run(scenario, angles)
-    near, far = (check_scalar("range", value, above=0.0) for value in range)
-    if near >= far:
-        raise ValueError(f"range must be a smaller and a larger distance, got {range}")
-    speed = check_scalar("speed", speed, minimum=0.0)
-    count = check_count("particles", particles)
-    rng = np.random.default_rng(seed)
-    first, platform = first_bearing(scenario)
-    theta = angles[first] + scenario.sigma[first] * rng.standard_normal(count)
-    r, v, heading = rng.uniform(near, far, count), speed * np.sqrt(rng.random(count)), rng.random(count)
-    heading *= 2 * np.pi
-    x, y = platform.position_at(scenario.times[first])
-    states = [x + r * np.sin(theta), y + r * np.cos(theta), v * np.sin(heading), v * np.cos(heading)]
-    return Cloud(np.stack(states, axis=-1), float(scenario.times[first]))
-
-
-def sir(scenario, angles, cloud, beta, seed):
+def sir(scenario, angles, cloud, beta, seed, walks=None):
     """SIR particle filter for a target whose velocity is disturbed at random.
 
     Parameters
@@ -158,12 +101,15 @@ def sir(scenario, angles, cloud, beta, seed):
     scenario : Scenario
         What the filter assumes; its target is not read.
     angles : array_like, shape (N,)
-        Measurements of one run, in the scenario's order.
+        Measurements of one run, in the scenario's order. NaN is a missing one, and weighs nothing.
     cloud : Cloud
         What is known before; later measurements are used. The number of particles stays.
     beta : float
         Standard deviation of each component of the acceleration in m/s^2, drawn anew for every step.
     seed : int, SeedSequence or Generator
+    walks : dict, optional
+        Name of a further unknown to the density of its random walk, in its unit squared a second (see
+        `ProcessNoise`). What is not named stays constant.
 
     Returns
     -------
@@ -172,20 +118,22 @@ def sir(scenario, angles, cloud, beta, seed):
     Raises
     ------
     ValueError
-        For wrong shapes, a negative `beta`, no measurement after the cloud's time, or a state other than
-        ``(x, y, vx, vy)``.
+        For wrong shapes, a negative `beta`, no measurement after the cloud's time, a state whose motion is
+        not uniform, or a walk of what is no further unknown.
 
     Notes
     -----
     Source: `robustness`, Section IV, equation (4) with the corrections stated at the top of this file.
     """
-    angles = _one_run(scenario, angles)
+    angles, pairs = one_run(scenario, angles), moving_pairs(scenario.coordinates)
+    walking = ProcessNoise(walks=walks or {}).walking(scenario.coordinates)
     beta = check_scalar("beta", beta, minimum=0.0)
+    scenario.check_state(cloud.states)
     rng = np.random.default_rng(seed)
     steps = in_order_of_time(scenario, cloud.time)
     if not steps:
         raise ValueError(f"no measurement after the cloud's time, {cloud.time}")
-    state = np.array(cloud.states.T, order="C")  # (4, N): a component is contiguous; a copy, moved in place
+    state = np.array(cloud.states.T, order="C")  # (n, N): a component is contiguous; a copy, moved in place
     other, noise = np.empty_like(state), np.empty((2, state.shape[1]))
     ancestor = np.arange(state.shape[1])
     kept, effective, families, log_likelihood = [], [], [], 0.0
@@ -196,12 +144,14 @@ def sir(scenario, angles, cloud, beta, seed):
                 rng.standard_normal(out=noise)
             else:
                 noise[:] = 0.0
-            _move(state, noise, time - now, beta)
+            _move(state, pairs, noise, time - now, beta)
+            for i, density in walking.items():
+                state[i] += np.sqrt(density * (time - now)) * rng.standard_normal(state.shape[1])
             now = time
             weight, log_density = _weights(state, [(*where, angles[column]) for column, *where in group])
             log_likelihood += log_density
             kept.append(_moments(state, weight, ancestor))
-            effective.append(1 / np.vecdot(weight, weight))
+            effective.append(np.nan_to_num(1 / np.vecdot(weight, weight)))
             index = systematic_resample(weight, rng.random())
             np.take(state, index, axis=1, out=other, mode="clip")
             state, other = other, state
@@ -246,37 +196,39 @@ def systematic_resample(weights, u):
     return np.repeat(np.arange(n), counts)
 
 
-def _one_run(scenario, angles):
-    angles = scenario.check_measurements(angles)
-    if angles.ndim != 1:
-        raise ValueError(f"a particle filter takes one run, measurements of shape (N,), got {angles.shape}")
-    if scenario.coordinates != ("x", "y", "vx", "vy"):
-        raise ValueError(f"a particle filter needs the state (x, y, vx, vy), got {scenario.coordinates}")
-    return angles
-
-
-def _move(state, noise, step, beta):
+def _move(state, pairs, noise, step, beta):
     """One step of the model, in place; ``noise`` is used up. Half of the new velocity before, half after."""
-    position, velocity = state[:2], state[2:]
     noise *= beta * step / 2
-    velocity += noise
-    position += np.multiply(velocity, step)
-    velocity += noise
+    for place, speed, half in zip(*pairs, noise, strict=True):
+        state[speed] += half
+        state[place] += np.multiply(state[speed], step)
+        state[speed] += half
 
 
 def _weights(state, group):
-    """Normalised weights ``(N,)``, and the logarithm of their mean before that: a density."""
-    log_weight, constant = 0.0, 0.0
-    for block, observer, elapsed, measured in group:
-        value, _ = block.predict(state, observer, elapsed * 0.0)  # the state is that of now
+    """Normalised weights ``(N,)``, and the logarithm of their mean before that: a density.
+
+    A missing measurement weighs nothing; a particle that predicts nothing has no weight. NaN, and a density
+    of zero, where no particle has any.
+    """
+    log_weight, constant = np.zeros(state.shape[1]), 0.0
+    for block, observer, _, measured in group:
+        if np.isnan(measured):
+            continue
+        value, _ = block.predict(state, observer, 0.0)  # the state is that of now
         sensor = block.sensor
         residual = sensor.model.residual(measured, value)
         residual /= sensor.sigma
         residual *= residual
-        log_weight = log_weight + residual
+        log_weight += residual
         constant += np.log(sensor.sigma * np.sqrt(2 * np.pi))
     log_weight *= -0.5
     largest = log_weight.max()
+    if np.isnan(largest):
+        log_weight[np.isnan(log_weight)] = -np.inf
+        largest = log_weight.max()
+    if largest == -np.inf:
+        return np.full(len(log_weight), np.nan), largest
     weight = np.exp(np.subtract(log_weight, largest, out=log_weight), out=log_weight)
     total = weight.sum()
     weight /= total

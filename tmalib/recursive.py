@@ -1,44 +1,40 @@
-"""Extended Kalman filters, over many runs at once.
+"""Extended Kalman filters: `ekf` takes all measurements at once, `predict` and `update` one after the other.
 
-The target has no process noise, so its state at the reference time does not change: the filter carries
-``X(t_ref)`` and needs no prediction step. This is the filter of `emw-acoustic`, Section IV.B, exactly:
-``Phi`` moves mean, covariance and gradient to any other time. Each measurement is one scalar update::
+*Without process noise* the target's state at the reference time does not change: `ekf` carries ``X(t_ref)``
+and needs no prediction step. This is the filter of `emw-acoustic`, Section IV.B, exactly: ``Phi`` moves mean,
+covariance and gradient to any other time. The step of a measurement is that of `tmalib.kalman`.
 
-    s = h' P h + sigma^2,   K = P h / s,   X <- X + K nu,   P <- P - K (P h)',
-
-which equals the Joseph form in exact arithmetic. Measurements taken at the same time are linearised
-at the same predicted state, as a joint update is: the second one's innovation is reduced by
-``h_2' (X_1 - X_0)``, the change that the first one made.
+*With process noise* `ekf` carries ``Phi(t_ref - t) X(t)``, the state at the reference time of a target that
+nothing disturbs after t. From t to t + T this mean stays, and its covariance grows by ``Phi Q(T) Phi'`` with
+``Phi = Phi(t_ref - t - T)``: the textbook's prediction ``Phi(T) P Phi(T)' + Q(T)``, in other coordinates.
+`predict` and `update` carry the state at the time itself. The results are the same.
 
 *Modified polar coordinates.* The filter of Aidala and Hammel (1983) carries ``Y = psi_k(Phi_k X)``, the
 target's state at the time of a measurement in modified polar coordinates about the platform. Its
-transition is nonlinear, ``Y_k = psi_k(Phi psi_{k-1}^{-1}(Y_{k-1}))``, and without process noise its Jacobian
-is ``D_k Phi D_{k-1}^{-1}`` with ``D = d psi / d X``, all taken at one state. In Cartesian coordinates these
-factors cancel: between measurements the filter changes neither ``X(t_ref)`` nor ``P``. What is left of
-the change of coordinates is the update. The step is straight in ``Y``, and the covariance follows it::
-
-    Y^+ = psi(X^-) + D^- K nu,    X^+ = psi^{-1}(Y^+),
-    P^+ = T (P - K (P h)') T',    T = (D^+)^{-1} D^-,
-
-where gain, innovation and gradient are those of the Cartesian filter. Any chart of `tmalib.charts` can take
-the place of ``psi``; the Cartesian one has ``T = I``.
+transition is nonlinear, ``Y_k = psi_k(Phi psi_{k-1}^{-1}(Y_{k-1}))``, and its Jacobian is
+``D_k Phi D_{k-1}^{-1}`` with ``D = d psi / d X``, all taken at one state. In Cartesian coordinates these
+factors cancel: between measurements the filter does what the Cartesian one does. Process noise disturbs the
+Cartesian state and changes nothing of this. What is left of the change of coordinates is the update (see
+`tmalib.kalman`).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .batch import along_first_bearing, first_bearing
 from .checks import check_scalar
+from .kalman import gate_limit, update_state
+from .priors import FilterState
+from .process_noise import ProcessNoise
 from .sensors import in_order_of_time
-from .uniform import moving_pairs, propagate, transition
+from .uniform import propagate, transition
 
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """Output of `ekf` at the recorded times.
+    """Output of `ekf` at the recorded times, and what became of the N measurements.
 
     Attributes
     ----------
@@ -49,75 +45,31 @@ class Track:
         What the filter claims of it.
     finite : ndarray of bool, shape (...)
         `False` for a run in which some estimate is not a finite number; the run stays in the track.
+    nis : ndarray, shape (..., N)
+        Normalised innovation squared of each measurement, in the scenario's order: chi-square with one degree
+        of freedom if the filter is right. NaN for a missing measurement and for those not later than the
+        prior; `None` in a track that is not a filter's.
+    used : ndarray of bool, shape (..., N)
+        `False` for a measurement that is missing, outside the gate, or not later than the prior; or `None`.
     """
 
     times: np.ndarray
     state: np.ndarray
     covariance: np.ndarray
     finite: np.ndarray
+    nis: np.ndarray | None = None
+    used: np.ndarray | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Prior:
-    """What is known of the state before filtering: mean ``(..., n)``, covariance ``(..., n, n)``, ``time``.
-
-    The prior holds all that was measured up to and at its time: `ekf` uses later measurements only.
-    """
-
-    mean: np.ndarray
-    covariance: np.ndarray
-    time: float
-
-
-def prior_along_first_bearing(scenario, angles, range, range_sigma, velocity_sigma, others=None):
-    """`Prior` of each run: at rest on the first bearing, at ``range``, more or less.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    angles : array_like, shape (..., N)
-    range, range_sigma : float
-        Mean and standard deviation of the range at the first bearing, in metres.
-    velocity_sigma : float
-        Standard deviation of each component of the velocity, whose mean is zero, in m/s.
-    others : dict, optional
-        Name of every further unknown to its mean and standard deviation.
-
-    Returns
-    -------
-    Prior
-        At the time of the first bearing, which it uses up. Across the bearing the standard deviation
-        is ``range`` times the bearing's. In modified polar coordinates about the platform this is a
-        diagonal covariance: ``sigma``, ``range_sigma / range^2`` and twice ``velocity_sigma / range``.
-    """
-    others = others or {}
-    mean = along_first_bearing(scenario, angles, range, {name: value for name, (value, _) in others.items()})
-    range_sigma = check_scalar("range_sigma", range_sigma, above=0.0)
-    velocity_sigma = check_scalar("velocity_sigma", velocity_sigma, above=0.0)
-    first, _ = first_bearing(scenario)
-    theta = np.asarray(angles, dtype=float)[..., first]
-    axes = np.stack([np.sin(theta), np.cos(theta), np.cos(theta), -np.sin(theta)], axis=-1)
-    axes = axes.reshape(*theta.shape, 2, 2)  # rows: along and across the bearing
-    spread = np.array([range_sigma, range * scenario.sigma[first]])
-    names = scenario.coordinates
-    places, speeds = moving_pairs(names)
-    covariance = np.zeros((*theta.shape, len(names), len(names)))
-    covariance[..., places[:, None], places] = axes.mT @ (spread[:, None] ** 2 * axes)
-    covariance[..., speeds, speeds] = velocity_sigma**2
-    for name, (_, sigma) in others.items():
-        covariance[..., names.index(name), names.index(name)] = check_scalar(name, sigma, above=0.0) ** 2
-    return Prior(mean, covariance, float(scenario.times[first]))
-
-
-def ekf(scenario, angles, prior, record=None, chart=None):
-    """Extended Kalman filter for a target in constant velocity motion.
+def ekf(scenario, angles, prior, record=None, chart=None, *, process_noise=None, gate=None):
+    """Extended Kalman filter for a target in constant velocity motion, or near to it.
 
     Parameters
     ----------
     scenario : Scenario
         What the filter assumes; its target is not read.
     angles : array_like, shape (..., N)
-        Measurements, in the scenario's order.
+        Measurements, in the scenario's order. NaN is a missing one: that run does without it.
     prior : Prior
     record : array_like, shape (T,), optional
         Times at which to keep the estimate; measurements at a recorded time are used first. The
@@ -126,6 +78,11 @@ def ekf(scenario, angles, prior, record=None, chart=None):
         Coordinates in which an update is a straight step, about the platform at the time (see
         `tmalib.charts`); with `ModifiedPolar` this is the filter in modified polar coordinates. The default
         is Cartesian.
+    process_noise : ProcessNoise, optional
+        What disturbs the target, and which further unknowns wander. The default is nothing.
+    gate : float, optional
+        Probability with which a measurement passes if the filter is right; a less likely innovation is not
+        used. By default all are.
 
     Returns
     -------
@@ -136,87 +93,198 @@ def ekf(scenario, angles, prior, record=None, chart=None):
     Raises
     ------
     ValueError
-        For wrong shapes, a covariance that is not symmetric and positive definite, or a state whose motion is
-        not uniform.
+        For wrong shapes, a state whose motion is not uniform, or, with process noise, a recorded time before
+        the prior's.
 
     Notes
     -----
     Sources: `emw-acoustic`, Section IV.B; in modified polar coordinates `robustness`, Section IV, and
     Aidala and Hammel (1983). Their rates are of the relative motion, those of `ModifiedPolar` the target's.
+
+    Examples
+    --------
+    A target that wanders, and one wild bearing among 121:
+
+    >>> import numpy as np, tmalib as tma
+    >>> ship = tma.Course((0, 0), 5, 0.0, [tma.Straight(300), tma.Straight(300, heading=np.pi / 2)])
+    >>> ear = tma.Sensor(tma.Bearing(), np.arange(0, 601, 5.0), sigma=0.01)
+    >>> watch = tma.Scenario(ship, [ear], reference_time=600)
+    >>> angles = watch.with_target(tma.Target((2e3, 4e3), 6, 1.5)).simulate(runs=1, seed=1)[0]
+    >>> angles[60] += 0.5
+    >>> prior = tma.prior_along_first_bearing(watch, angles, 5e3, 2e3, 10.0)
+    >>> track = tma.ekf(watch, angles, prior, process_noise=tma.ProcessNoise(1e-4), gate=0.999)
+    >>> np.flatnonzero(~track.used), bool(track.nis[60] > 1000)
+    (array([ 0, 60]), True)
     """
-    angles = scenario.check_measurements(angles)
-    record = np.atleast_1d(np.asarray(scenario.reference_time if record is None else record, dtype=float))
+    angles, names = scenario.check_measurements(angles), prior.names_for(scenario)
+    limit, reference = gate_limit(gate), scenario.reference_time
+    record = np.atleast_1d(np.asarray(reference if record is None else record, dtype=float))
     if np.any(np.diff(record) <= 0) or not np.all(np.isfinite(record)):
         raise ValueError(f"record must be finite and strictly increasing, got {record}")
-    mean, covariance = _prior_at_reference(scenario, prior)
-    shape, n = np.broadcast_shapes(angles.shape[:-1], mean.shape[:-1], covariance.shape[:-2]), mean.shape[-1]
-    x = np.broadcast_to(mean, (*shape, n)).reshape(-1, n).T.copy()  # (n, runs): a component is contiguous
-    runs = x.shape[1]
-    measured = np.ascontiguousarray(np.broadcast_to(angles, (*shape, angles.shape[-1])).reshape(runs, -1).T)
-    p = np.broadcast_to(covariance, (*shape, n, n)).reshape(runs, n, n).transpose(1, 2, 0).copy()
-
-    kept_x, kept_p = np.empty((len(record), n, runs)), np.empty((len(record), n, n, runs))
-    taken = 0
-    with np.errstate(all="ignore"):  # a diverging run shows in `finite`
-        for time, group in in_order_of_time(scenario, prior.time):
-            while taken < len(record) and record[taken] < time:
-                kept_x[taken], kept_p[taken] = x, p
-                taken += 1
-            moved, p = _update(x, p, [(*where, measured[column]) for column, *where in group])
-            if chart is not None:
-                platform = scenario.platform_of(group[0][1].sensor)
-                here = chart(platform.position_at(time), scenario.coordinates)
-                moved, p = _straight_in(here, x, moved, p, time - scenario.reference_time)
-            x = moved
-    kept_x[taken:], kept_p[taken:] = x, p
-
-    elapsed = record - scenario.reference_time
-    phi = transition(elapsed, scenario.coordinates)
-    state = propagate(np.moveaxis(kept_x, -1, 0), elapsed, scenario.coordinates)
-    state = state.reshape(*shape, len(record), n)
-    claimed = (phi @ np.moveaxis(kept_p, -1, 0) @ phi.mT).reshape(*shape, len(record), n, n)
-    finite = np.isfinite(state).all(axis=(-1, -2)) & np.isfinite(claimed).all(axis=(-1, -2, -3))
-    return Track(record, state, claimed, finite)
-
-
-def _prior_at_reference(scenario, prior):
-    mean = scenario.check_state(prior.mean)
-    n = mean.shape[-1]
-    covariance = np.asarray(prior.covariance, dtype=float)
-    if covariance.shape[-2:] != (n, n) or not np.allclose(covariance, covariance.mT, equal_nan=True):
+    if process_noise is not None and len(record) and record[0] < prior.time:
         raise ValueError(
-            f"prior covariance must be symmetric, of shape (..., {n}, {n}), got shape {covariance.shape}"
+            f"record must not be before the prior's time {prior.time} with process noise, got {record[0]}"
         )
-    if np.any(np.linalg.eigvalsh(covariance) <= 0):
-        raise ValueError("prior covariance must be positive definite")
-    elapsed = scenario.reference_time - check_scalar("prior time", prior.time)
-    phi = transition(elapsed, scenario.coordinates)
-    return propagate(mean, elapsed, scenario.coordinates), phi @ covariance @ phi.T
+    back = transition(reference - prior.time, names)
+    mean, covariance = propagate(prior.mean, reference - prior.time, names), back @ prior.covariance @ back.T
+    x, p, measured, shape = _in_columns(mean, covariance, angles)
+
+    nis, used = np.full(measured.shape, np.nan), np.zeros(measured.shape, dtype=bool)
+    kept_x, kept_p, now = [], [], prior.time
+    with np.errstate(all="ignore"):  # a diverging run shows in `finite`
+        for time, group in _with_records(_steps(scenario, names, prior.time), record):
+            if process_noise is not None:
+                back = transition(reference - time, names)
+                p = p + (back @ process_noise.covariance(time - now, names) @ back.T)[..., None]
+                now = time
+            if group is None:
+                kept_x.append(x)
+                kept_p.append(p)
+                continue
+            here = chart and _chart_at(chart, scenario, group, time, names)
+            seen = [(*where, measured[i]) for i, *where in group]
+            x, p, squares, taken = update_state(x, p, seen, limit, here, time - reference)
+            for (i, *_), square, took in zip(group, squares, taken, strict=True):
+                nis[i], used[i] = square, took
+
+    elapsed = record - reference
+    phi = transition(elapsed, names)
+    state = propagate(np.moveaxis(np.array(kept_x), -1, 0), elapsed, names)
+    claimed = phi @ np.moveaxis(np.array(kept_p), -1, 0) @ phi.mT
+    state, claimed = (part.reshape(shape + part.shape[1:]) for part in (state, claimed))
+    finite = np.isfinite(state).all(axis=(-1, -2)) & np.isfinite(claimed).all(axis=(-1, -2, -3))
+    nis, used = (part.T.reshape(*shape, len(part)) for part in (nis, used))
+    return Track(record, state, claimed, finite, nis, used)
 
 
-def _update(x, p, group):
-    """Joint update of states ``(n, runs)`` and covariances ``(n, n, runs)`` by scalar steps."""
-    predicted = x
-    for block, observer, elapsed, measured in group:
-        value, h = block.predict(predicted, observer, elapsed)
-        sensor = block.sensor
-        innovation = sensor.model.residual(measured, value)
-        if x is not predicted:
-            innovation = innovation - np.sum(h * (x - predicted), axis=0)
-        ph = np.sum(p * h, axis=1)
-        gain = ph / (np.sum(h * ph, axis=0) + sensor.sigma**2)
-        x = x + gain * innovation
-        p = p - gain[:, None] * ph
-    return x, p
+def predict(prior, time, process_noise=None):
+    """What is known at a later time, without further measurements: ``Phi X`` and ``Phi P Phi' + Q``.
+
+    Parameters
+    ----------
+    prior : Prior
+        Of one run or many.
+    time : float
+        Not before the prior's.
+    process_noise : ProcessNoise, optional
+
+    Returns
+    -------
+    FilterState
+        At ``time``.
+
+    Raises
+    ------
+    ValueError
+        For a time before the prior's, or a prior without names of its components.
+    """
+    names, time = prior.coordinates, check_scalar("time", time)
+    elapsed = time - prior.time
+    if names is None:
+        raise ValueError("prior must have coordinates, the names of its components, got None")
+    if elapsed < 0:
+        raise ValueError(f"time must not be before the prior's, {prior.time}, got {time}")
+    phi = transition(elapsed, names)
+    added = (process_noise or ProcessNoise()).covariance(elapsed, names)
+    with np.errstate(all="ignore"):  # a diverged run stays
+        covariance = phi @ prior.covariance @ phi.T + added
+        return FilterState(propagate(prior.mean, elapsed, names), covariance, time, names)
 
 
-def _straight_in(chart, x, moved, p, elapsed):
-    """The step from ``x`` to ``moved`` made straight in the chart's coordinates; the covariance follows."""
-    names = chart.coordinates
-    phi, back = transition(elapsed, names), transition(-elapsed, names)
-    point = chart.from_state(propagate(x.T, elapsed, names))
-    before = chart.inverse_jacobian(point)
-    point = point + np.vecdot(before @ phi, np.ascontiguousarray((moved - x).T)[:, None, :])
-    turn = back @ chart.jacobian(point) @ before @ phi
-    p = turn @ np.ascontiguousarray(np.moveaxis(p, -1, 0)) @ turn.mT
-    return propagate(chart.to_state(point), -elapsed, names).T, np.moveaxis(p, 0, -1)
+def update(prior, scenario, measured, *, process_noise=None, gate=None, chart=None):
+    """What is known after one more measurement, or a few: `predict` to its time, and take it in.
+
+    One call after the other gives what `ekf` gives for all at once, to rounding.
+
+    Parameters
+    ----------
+    prior : Prior
+        Of one run or many. It may have components that no sensor of the scenario sees.
+    scenario : Scenario
+        The sensors that have measured, with the times and the platform; its reference time is not read. For
+        measurements taken at the same time to be linearised at the same state, it has them all.
+    measured : array_like, shape (..., N)
+        In the scenario's order; NaN is a missing one.
+    process_noise, gate, chart : optional
+        As in `ekf`.
+
+    Returns
+    -------
+    FilterState
+        At the last time of the scenario; it is the prior of the next call.
+
+    Raises
+    ------
+    ValueError
+        For wrong shapes, a measurement from before the prior's time, or a prior that lacks a component.
+
+    Examples
+    --------
+    Bearings as they come in:
+
+    >>> import numpy as np, tmalib as tma
+    >>> ship = tma.Course((0, 0), 5, 0.0, [tma.Straight(300), tma.Straight(300, heading=np.pi / 2)])
+    >>> def heard(time):
+    ...     return tma.Scenario(ship, [tma.Sensor(tma.Bearing(), [time], 0.01)], reference_time=time)
+    >>> known = tma.prior_along_first_bearing(heard(0.0), [0.46], 5e3, 2e3, 10.0)
+    >>> wander = tma.ProcessNoise(1e-4)
+    >>> for time, bearing in [(5.0, 0.47), (10.0, np.nan), (15.0, 0.48)]:
+    ...     known = tma.update(known, heard(time), [bearing], process_noise=wander, gate=0.999)
+    ...     print(known.time, known.used)
+    5.0 [ True]
+    10.0 [False]
+    15.0 [ True]
+    """
+    measured, names = scenario.check_measurements(measured), prior.names_for(scenario)
+    limit, first = gate_limit(gate), scenario.times.min()
+    if first < prior.time:
+        raise ValueError(f"scenario must not measure before the prior's time {prior.time}, got {first}")
+    found = replace(prior, coordinates=names)
+    runs = np.broadcast_shapes(prior.mean.shape[:-1], prior.covariance.shape[:-2], measured.shape[:-1])
+    nis, used = np.empty((*runs, measured.shape[-1])), np.empty((*runs, measured.shape[-1]), dtype=bool)
+    for time, group in _steps(scenario, names, -np.inf):
+        found = predict(found, time, process_noise)
+        x, p, values, shape = _in_columns(found.mean, found.covariance, measured)
+        here = chart and _chart_at(chart, scenario, group, time, names)
+        seen = [(block, observer, 0.0, values[i]) for i, block, observer, _ in group]
+        with np.errstate(all="ignore"):
+            x, p, squares, taken = update_state(x, p, seen, limit, here)
+        for (i, *_), square, took in zip(group, squares, taken, strict=True):
+            nis[..., i], used[..., i] = square.reshape(shape), took.reshape(shape)
+        mean, covariance = x.T.reshape(*shape, len(x)), np.moveaxis(p, -1, 0).reshape(*shape, *p.shape[:2])
+        found = FilterState(mean, covariance, time, names, nis, used)
+    return found
+
+
+def _in_columns(mean, covariance, measured):
+    """States ``(n, runs)``, covariances ``(n, n, runs)``, measurements ``(N, runs)``; the batch's shape."""
+    n = mean.shape[-1]
+    shape = np.broadcast_shapes(measured.shape[:-1], mean.shape[:-1], covariance.shape[:-2])
+    x = np.broadcast_to(mean, (*shape, n)).reshape(-1, n).T.copy()  # a component is contiguous
+    runs = x.shape[1]
+    p = np.broadcast_to(covariance, (*shape, n, n)).reshape(runs, n, n).transpose(1, 2, 0).copy()
+    values = np.broadcast_to(measured, (*shape, measured.shape[-1])).reshape(runs, measured.shape[-1]).T
+    return x, p, np.ascontiguousarray(values), shape
+
+
+def _with_records(steps, record):
+    """Steps in order of time, and after those of its own time `None` for each recorded one."""
+    return sorted([*steps, *((time, None) for time in record)], key=lambda item: item[0])
+
+
+def _chart_at(chart, scenario, group, time, names):
+    """The chart about the platform that carries the first sensor of a group."""
+    return chart(scenario.platform_of(group[0][1].sensor).position_at(time), names)
+
+
+def _steps(scenario, names, after):
+    """As `in_order_of_time`, with blocks for a state of these components."""
+    steps = in_order_of_time(scenario, after)
+    if names == scenario.coordinates:
+        return steps
+    return [(t, [(i, _in_state(block, names), *where) for i, block, *where in group]) for t, group in steps]
+
+
+def _in_state(block, names):
+    places = np.array([names.index(name) for name in block.sensor.model.coordinates])
+    return block._replace(components=places, size=len(names))

@@ -17,7 +17,7 @@ import numpy as np
 from ...batch import along_first_bearing
 from ...bearings import Bearing, DelayedBearing, delay_of
 from ...motion import Course, SampledCourse, Straight, Target, Turn, unit
-from ...recursive import Prior
+from ...priors import Prior
 from ...scenario import Scenario, Sensor
 
 SOUND_SPEED = 1500.0  # m/s

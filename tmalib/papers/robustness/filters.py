@@ -21,9 +21,11 @@ from ...averaging import average_measurements
 from ...batch import along_first_bearing, fit
 from ...bearings import bearing, wrap
 from ...charts import ModifiedPolar
+from ...clouds import cloud_along_first_bearing
 from ...ellipse import confidence_ellipse
-from ...particles import ParticleTrack, cloud_along_first_bearing, sir
-from ...recursive import Track, ekf, prior_along_first_bearing
+from ...particles import ParticleTrack, sir
+from ...priors import prior_along_first_bearing
+from ...recursive import Track, ekf
 from ...scenario import Scenario
 from ...sensitivity import displaced_measurements
 from ...uniform import propagate
@@ -249,7 +251,8 @@ def measure_filters(geometry, seed, *, particles=PARTICLES, together=TOGETHER, d
         mean over the draws, NaN where an estimate is not finite; the standard error comes from their
         scatter. It is zero for the other estimators, which draw nothing, and for a single draw.
     """
-    circle, worst = seed.spawn(2)
+    key = seed.spawn_key  # not `seed.spawn`, which gives other seeds when it is asked again
+    circle, worst = (np.random.SeedSequence(seed.entropy, spawn_key=(*key, k)) for k in (0, 1))
     displaced = geometry.displaced(worse_perturbation(geometry))
     each = []
     for draw in range(draws):
