@@ -239,7 +239,7 @@ def test_a_time_at_which_no_particle_has_a_weight_says_so(linear):
 
 
 def test_a_particle_that_predicts_nothing_harms_no_other():
-    """Faster than sound, it is not heard and has no weight; without resampling noise, what is left is equal."""
+    """Faster than sound, it is not heard and has no weight; the others are as without it."""
     ship = tma.Course((0, 0), 0.0, 0.0, [tma.Straight(60)])
     watch = tma.Scenario(ship, [tma.Sensor(tma.DopplerFrequency(1500.0), [10.0, 20.0], 1.0)], 20.0)
     states = np.random.default_rng(1).normal([4e3, 3e3, 5, 5, 300], [200, 200, 1, 1, 2], (200, 5))

@@ -369,6 +369,8 @@ def test_filter_of_the_tables_differs_only_at_radar_only_instants():
         ((np.zeros(4), np.eye(4), np.nan), {}, "prior time must be finite"),
         ((np.zeros(4), np.eye(4), 0.0, ("x", "y")), {}, "coordinates must name the 4"),
         ((np.zeros(4), np.eye(4), 0.0, ("x", "y", "vx", "z")), {}, "prior must have the components"),
+        ((np.zeros(4), np.eye(4), 0.0, ("vx", "vy", "x", "y")), {}, "in this order"),
+        ((np.zeros(5), np.eye(5), 0.0, ("x", "y", "vx", "vy", "bias")), {}, "in this order"),
         ((np.zeros(4), np.eye(4), 0.0), {"record": [3.0, 2.0]}, "strictly increasing"),
         ((np.zeros(4), np.eye(4), 0.0), {"gate": 1.0}, "gate must be a probability"),
         ((np.zeros(4), np.eye(4), 9.0), {"record": [3.0], "process_noise": tma.ProcessNoise(1.0)}, "record"),

@@ -124,6 +124,8 @@ def sir(scenario, angles, cloud, beta, seed, walks=None):
     Notes
     -----
     Source: `robustness`, Section IV, equation (4) with the corrections stated at the top of this file.
+    ``Cloud(track.particles, track.times[-1])`` is what is known then; from it the filter goes on with what is
+    measured later.
     """
     angles, pairs = one_run(scenario, angles), moving_pairs(scenario.coordinates)
     walking = ProcessNoise(walks=walks or {}).walking(scenario.coordinates)

@@ -71,6 +71,7 @@ def ekf(scenario, angles, prior, record=None, chart=None, *, process_noise=None,
     angles : array_like, shape (..., N)
         Measurements, in the scenario's order. NaN is a missing one: that run does without it.
     prior : Prior
+        With the components of the scenario, in its order.
     record : array_like, shape (T,), optional
         Times at which to keep the estimate; measurements at a recorded time are used first. The
         default is the reference time alone.
@@ -117,6 +118,8 @@ def ekf(scenario, angles, prior, record=None, chart=None, *, process_noise=None,
     (array([ 0, 60]), True)
     """
     angles, names = scenario.check_measurements(angles), prior.names_for(scenario)
+    if names != scenario.coordinates:
+        raise ValueError(f"prior must have the components {scenario.coordinates}, in this order, got {names}")
     limit, reference = gate_limit(gate), scenario.reference_time
     record = np.atleast_1d(np.asarray(reference if record is None else record, dtype=float))
     if np.any(np.diff(record) <= 0) or not np.all(np.isfinite(record)):
@@ -132,7 +135,7 @@ def ekf(scenario, angles, prior, record=None, chart=None, *, process_noise=None,
     nis, used = np.full(measured.shape, np.nan), np.zeros(measured.shape, dtype=bool)
     kept_x, kept_p, now = [], [], prior.time
     with np.errstate(all="ignore"):  # a diverging run shows in `finite`
-        for time, group in _with_records(_steps(scenario, names, prior.time), record):
+        for time, group in _with_records(in_order_of_time(scenario, prior.time), record):
             if process_noise is not None:
                 back = transition(reference - time, names)
                 p = p + (back @ process_noise.covariance(time - now, names) @ back.T)[..., None]
@@ -242,11 +245,11 @@ def update(prior, scenario, measured, *, process_noise=None, gate=None, chart=No
     found = replace(prior, coordinates=names)
     runs = np.broadcast_shapes(prior.mean.shape[:-1], prior.covariance.shape[:-2], measured.shape[:-1])
     nis, used = np.empty((*runs, measured.shape[-1])), np.empty((*runs, measured.shape[-1]), dtype=bool)
-    for time, group in _steps(scenario, names, -np.inf):
+    for time, group in in_order_of_time(scenario, -np.inf):
         found = predict(found, time, process_noise)
         x, p, values, shape = _in_columns(found.mean, found.covariance, measured)
         here = chart and _chart_at(chart, scenario, group, time, names)
-        seen = [(block, observer, 0.0, values[i]) for i, block, observer, _ in group]
+        seen = [(_in_state(block, names), site, 0.0, values[i]) for i, block, site, _ in group]
         with np.errstate(all="ignore"):
             x, p, squares, taken = update_state(x, p, seen, limit, here)
         for (i, *_), square, took in zip(group, squares, taken, strict=True):
@@ -277,14 +280,7 @@ def _chart_at(chart, scenario, group, time, names):
     return chart(scenario.platform_of(group[0][1].sensor).position_at(time), names)
 
 
-def _steps(scenario, names, after):
-    """As `in_order_of_time`, with blocks for a state of these components."""
-    steps = in_order_of_time(scenario, after)
-    if names == scenario.coordinates:
-        return steps
-    return [(t, [(i, _in_state(block, names), *where) for i, block, *where in group]) for t, group in steps]
-
-
 def _in_state(block, names):
+    """The block for a state with these components, the model's and maybe more."""
     places = np.array([names.index(name) for name in block.sensor.model.coordinates])
     return block._replace(components=places, size=len(names))
