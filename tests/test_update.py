@@ -217,3 +217,29 @@ def test_bad_calls(scenario):
     ):
         with pytest.raises(ValueError, match=message):
             call()
+
+
+@pytest.mark.parametrize("chart", CHARTS)
+def test_a_missing_measurement_needs_no_bearing(scenario, chart):
+    """An estimate right on the platform has no modified polar coordinates; nothing is asked of them."""
+    now = scenario.between(40.0, 40.0)
+    mean = np.array([[*scenario.platform.position_at(40.0), 0.0, 0.0], [3e3, 4e3, 1.0, 2.0]])
+    prior = tma.Prior(mean, np.eye(4), 40.0)
+    found = tma.update(prior, now, [[np.nan, np.nan], [0.64, 0.64]], chart=chart)
+    np.testing.assert_array_equal(found.mean[0], mean[0])
+    np.testing.assert_array_equal(found.covariance[0], np.eye(4))
+    assert found.used.tolist() == [[False, False], [True, True]]
+    assert found.finite.all()
+
+
+@pytest.mark.parametrize("chart", CHARTS)
+def test_no_run_and_no_time(scenario, chart):
+    angles = scenario.simulate(2, seed=8)
+    prior = tma.prior_along_first_bearing(scenario, angles[:0], 6e3, 2e3, 5.0)
+    track = tma.ekf(scenario, angles[:0], prior, chart=chart, gate=0.99)
+    assert (track.state.shape, track.used.shape, track.finite.shape) == ((0, 1, 4), (0, 77), (0,))
+    found, nis, _ = one_after_the_other(scenario, angles[:0], prior, chart=chart)
+    assert (found.mean.shape, nis.shape) == ((0, 4), (0, 77))
+    prior = tma.prior_along_first_bearing(scenario, angles, 6e3, 2e3, 5.0)
+    track = tma.ekf(scenario, angles, prior, record=[], chart=chart)
+    assert (track.state.shape, track.covariance.shape, track.used.shape) == ((2, 0, 4), (2, 0, 4, 4), (2, 77))

@@ -124,6 +124,7 @@ def sir(scenario, angles, cloud, beta, seed, walks=None):
     Notes
     -----
     Source: `robustness`, Section IV, equation (4) with the corrections stated at the top of this file.
+    In steps of T seconds a velocity wanders as far as by white acceleration of spectral density ``beta^2 T``.
     ``Cloud(track.particles, track.times[-1])`` is what is known then; from it the filter goes on with what is
     measured later.
     """

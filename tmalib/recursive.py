@@ -152,8 +152,9 @@ def ekf(scenario, angles, prior, record=None, chart=None, *, process_noise=None,
 
     elapsed = record - reference
     phi = transition(elapsed, names)
-    state = propagate(np.moveaxis(np.array(kept_x), -1, 0), elapsed, names)
-    claimed = phi @ np.moveaxis(np.array(kept_p), -1, 0) @ phi.mT
+    kept_x, kept_p = (np.reshape(kept, (len(record), *a.shape)) for kept, a in ((kept_x, x), (kept_p, p)))
+    state = propagate(np.moveaxis(kept_x, -1, 0), elapsed, names)
+    claimed = phi @ np.moveaxis(kept_p, -1, 0) @ phi.mT
     state, claimed = (part.reshape(shape + part.shape[1:]) for part in (state, claimed))
     finite = np.isfinite(state).all(axis=(-1, -2)) & np.isfinite(claimed).all(axis=(-1, -2, -3))
     nis, used = (part.T.reshape(*shape, len(part)) for part in (nis, used))
