@@ -20,7 +20,7 @@ def test_the_same_figure_gives_the_same_bytes(tmp_path, monkeypatch):
     with plt.rc_context():
         figures.use_style()
         for name in ("a/one", "a/two"):
-            figures.save(draw(), tmp_path / name)
+            figures.save_figure(draw(), tmp_path / name)
     for suffix in (".svg", ".pdf"):
         one, two = ((tmp_path / f"a/{name}").with_suffix(suffix).read_bytes() for name in ("one", "two"))
         assert one == two

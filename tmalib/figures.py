@@ -99,7 +99,7 @@ def ellipse(ax, shape, label=None, linewidth=1.3):
     )
 
 
-def save(figure, name):
+def save_figure(figure, name):
     """Write ``figure`` as ``name.svg`` and ``name.pdf``; the same figure gives the same bytes."""
     name = Path(name)
     name.parent.mkdir(parents=True, exist_ok=True)

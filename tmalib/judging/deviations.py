@@ -106,7 +106,7 @@ def draw_deviations(claims, papers, folder):
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(7.2, 7.4), height_ratios=(2.6, 1))
     draw_tables(top, claims, papers)
     draw_counts(bottom, claims)
-    figures.save(figure, Path(folder) / NAME)
+    figures.save_figure(figure, Path(folder) / NAME)
     with (Path(folder) / f"{NAME}.csv").open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows([("name", "value"), *counts(claims).items()])
     return NAME

@@ -34,5 +34,5 @@ def draw_house(pyproject, folder):
     ax.annotate("imports", (-0.06, -len(layers) / 2 + 0.5), rotation=90, ha="right", va="center", fontsize=9)
     ax.set(xlim=(-0.1, 1), ylim=(0.5 - len(layers), 0.5))
     ax.axis("off")
-    figures.save(figure, Path(folder) / NAME)
+    figures.save_figure(figure, Path(folder) / NAME)
     return NAME
