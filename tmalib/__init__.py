@@ -37,6 +37,7 @@ from .curved import AcceleratedBearing, TurningBearing
 from .doppler import DopplerFrequency
 from .ellipse import Ellipse, confidence_ellipse
 from .estimate import Estimate, Fit
+from .files import Frame, RecordedCourse, load, read_bearings, read_track, save
 from .ghosts import NearGhost, admissible, find_ghosts, near_ghosts
 from .minima import Alternative, alternatives, distinct_minima
 from .models import check_model
@@ -74,6 +75,7 @@ __all__ = [
     "Estimate",
     "FilterState",
     "Fit",
+    "Frame",
     "ModifiedPolar",
     "NearGhost",
     "ParticleTrack",
@@ -81,6 +83,7 @@ __all__ = [
     "ProcessNoise",
     "Range",
     "RayPath",
+    "RecordedCourse",
     "Runs",
     "SampledCourse",
     "Scenario",
@@ -112,6 +115,7 @@ __all__ = [
     "fit_over_time",
     "image_depth",
     "information_rank",
+    "load",
     "monte_carlo",
     "near_ghosts",
     "nees",
@@ -120,6 +124,9 @@ __all__ = [
     "prior_along_first_bearing",
     "propagate",
     "propagation_delay",
+    "read_bearings",
+    "read_track",
+    "save",
     "sensitivity",
     "sir",
     "statistics",

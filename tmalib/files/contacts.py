@@ -1,0 +1,196 @@
+"""Bearings from a file: a scenario without a target, and what was measured."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..bearings import Bearing, DelayedBearing, wrap
+from ..checks import check_scalar
+from ..scenario import Scenario
+from ..sensors import Sensor
+from . import debrief
+from .tables import ANGLE_OR_NONE, SIGMA_OR_NONE, SOUND_SPEED_OR_NONE, TIME, Table, name_cell, read_csv
+from .text import format_of, refuse
+from .tracks import PLAIN, RecordedCourse, seconds_in
+
+COLUMNS = {
+    "time": TIME, "bearing": ANGLE_OR_NONE, "relative_bearing": ANGLE_OR_NONE, "sigma": SIGMA_OR_NONE,
+    "sensor": name_cell, "sound_speed": SOUND_SPEED_OR_NONE,
+}  # fmt: skip
+
+
+def read_bearings(path, platform, *, sigma=None, sound_speed=None, format=None, name=None, side=None):
+    """Scenario and measured bearings of a file.
+
+    Parameters
+    ----------
+    path : str or path
+    platform : motion
+        The own ship, as a rule from `read_track`; its `Frame` says what the times of the file mean and where
+        true north is. With any other motion times are plain seconds and bearings are from its y axis.
+    sigma : float, optional
+        Standard deviation in radians of the bearings for which the file has none.
+    sound_speed : float, optional
+        In m/s, for sensors for which the file has none: their bearings are delayed. Without it, and without
+        one in the file, bearings are instantaneous.
+    format : {"csv", "rep"}, optional
+        As in `read_track`.
+    name : str, optional
+        The ship whose sensors are wanted, where a REP file has those of several.
+    side : {"port", "starboard"}, optional
+        Which of two bearings holds, where the lines of a line array give both. Such lines are refused
+        without it.
+
+    Returns
+    -------
+    scenario : Scenario
+        The platform, one `Sensor` for each name in the order of its first row, a reference time at the last
+        row, and no target.
+    angles : ndarray, shape (N,)
+        The bearings in the scenario's order, in radians from the y axis of the plane, in [-pi, pi]; NaN where
+        nothing was heard.
+
+    Raises
+    ------
+    ValueError
+        For a file that is not as `tmalib.files` says; a time outside the platform's track; times of a sensor
+        that go backwards or repeat, equal rows included: a bearing that is counted twice weighs too much.
+
+    Notes
+    -----
+    Rows of several sensors may be mixed in any way. Where nothing was heard a missing sigma is the sensor's
+    first. A sensor whose REP lines have positions is carried by a `RecordedCourse` through these.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import tmalib as tma
+    >>> ship = tma.RecordedCourse([0, 60], [(0, 0), (0, 300)], headings=np.radians([350, 370]))
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "bearings.csv")
+    >>> _ = path.write_text('''time,relative_bearing,sensor,sigma
+    ... 0,10,bow,1
+    ... 30,,bow,1
+    ... 30,-45,flank,2
+    ... 60,0,bow,1
+    ... ''')
+    >>> scenario, angles = tma.read_bearings(path, ship)
+    >>> [sensor.name for sensor in scenario.sensors], np.degrees(angles).round(6)
+    (['bow', 'flank'], array([  0.,  nan,  10., -45.]))
+    """
+    if side not in (None, "port", "starboard"):
+        raise ValueError(f"side must be 'port' or 'starboard', got {side!r}")
+    sigma = None if sigma is None else check_scalar("sigma", sigma, above=0.0)
+    sound_speed = None if sound_speed is None else check_scalar("sound_speed", sound_speed, above=0.0)
+    if format_of(path, format) == "rep":
+        table = debrief.read_contacts(path, name)
+    elif name is not None:
+        refuse(f"a table has the sensors of one ship, and no name to be given; got name={name!r}", path)
+    else:
+        table = read_csv(path, COLUMNS, ["time"], [("bearing",), ("relative_bearing",)])
+    frame = getattr(platform, "frame", PLAIN)
+    times = seconds_in(frame, table)
+    sensors, angles = [], []
+    for own, rows in _by_sensor(table, times):
+        own_times = times[rows]
+        _check_times(own, own_times, platform)
+        carrier = _own_platform(own, own_times, frame)
+        heard = _angles(own, own_times, platform, carrier or platform, frame, side)
+        noise = _sigmas(own, np.isfinite(heard), sigma)
+        model = _model(own, sound_speed)
+        sensors.append(Sensor(model, own_times, noise, own.columns.get("sensor", [""])[0], carrier))
+        angles.append(heard)
+    return Scenario(platform, sensors, reference_time=times.max()), np.concatenate(angles)
+
+
+def _by_sensor(table, times):
+    """A table for every sensor, with the rows it has of the whole."""
+    names = table.columns.get("sensor", [""] * len(times))
+    groups = {}
+    for row, name in enumerate(names):
+        groups.setdefault(name, []).append(row)
+    for rows in groups.values():
+        columns = {name: [column[row] for row in rows] for name, column in table.columns.items()}
+        yield Table(table.path, [table.lines[row] for row in rows], columns), rows
+
+
+def _check_times(table, times, platform):
+    step = np.diff(times, prepend=-np.inf)
+    if (row := table.row_where(step <= 0)) is not None:
+        fault = "is there twice for this sensor" if step[row] == 0 else "goes backwards for this sensor"
+        table.refuse(f"the time {fault}", row, "time")
+    try:
+        platform.position_at(times)
+    except ValueError:
+        for row, time in enumerate(times):
+            try:
+                platform.position_at(time)
+            except ValueError as error:
+                table.refuse(f"{time:.6f} s cannot be placed on the platform's track: {error}", row, "time")
+        raise
+
+
+def _own_platform(table, times, frame):
+    """A `RecordedCourse` through the positions of a sensor's rows, `None` where they have none."""
+    latitude, longitude = table.array("latitude"), table.array("longitude")
+    missing = np.isnan(latitude)
+    if missing.all():
+        return None
+    if (row := table.row_where(missing)) is not None:
+        table.refuse("no position, but other lines of this sensor have one", row, "latitude")
+    if not frame.is_geographic:
+        table.refuse("a position on the Earth, but the platform's track has none", 0, "latitude")
+    return RecordedCourse(times, frame.to_plane(latitude, longitude), None, frame)
+
+
+def _angles(table, times, platform, carrier, frame, side):
+    if "relative_bearing" in table:
+        bow = _heading(table, times, platform, "relative_bearing")
+        return wrap(bow + np.radians(table.array("relative_bearing")))
+    north = frame.true_north(carrier.position_at(times))
+    angles = wrap(np.radians(table.array("bearing")) + north)
+    other = wrap(np.radians(table.array("ambiguous_bearing")) + north)
+    both = np.isfinite(other)
+    if not both.any():
+        return angles
+    if side is None:
+        table.refuse(
+            "two bearings; side='port' or 'starboard' says which holds", table.row_where(both), "bearing"
+        )
+    bow = _heading(table, times, platform, "bearing")
+    wanted = 1.0 if side == "starboard" else -1.0
+    holds, other_holds = wanted * wrap(angles - bow) > 0, wanted * wrap(other - bow) > 0
+    if (row := table.row_where(both & (holds == other_holds))) is not None:
+        table.refuse(f"not exactly one of the two bearings is to {side}", row, "bearing")
+    return np.where(both & other_holds, other, angles)
+
+
+def _heading(table, times, platform, column):
+    try:
+        return platform.heading_at(times)
+    except (ValueError, AttributeError) as error:
+        table.refuse(f"bearings from the bow need the platform's heading: {error}", 0, column)
+
+
+def _sigmas(table, heard, given):
+    """Standard deviations in radians: a number where all are equal, else an array."""
+    sigma = np.radians(table.array("sigma"))
+    known = np.isfinite(sigma)
+    if given is not None:
+        sigma = np.where(known, sigma, given)
+    elif not known.any():
+        table.refuse("no standard deviation; give it in the file or as sigma=... in radians", 0, "sigma")
+    else:
+        sigma = np.where(known | heard, sigma, sigma[known][0])
+        if (row := table.row_where(np.isnan(sigma))) is not None:
+            table.refuse("no standard deviation; give it here or as sigma=... in radians", row, "sigma")
+    return float(sigma[0]) if np.all(sigma == sigma[0]) else sigma
+
+
+def _model(table, given):
+    speed = table.array("sound_speed")
+    known = speed[np.isfinite(speed)]
+    if not len(known):
+        return Bearing() if given is None else DelayedBearing(given)
+    if (row := table.row_where(np.isfinite(speed) & (speed != known[0]))) is not None:
+        table.refuse(f"a sensor has one sound speed, and had {known[0]} m/s before", row, "sound_speed")
+    return DelayedBearing(float(known[0]))
