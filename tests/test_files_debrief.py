@@ -22,7 +22,7 @@ SAMPLE = """\
 ;SENSOR2: 240501 120000 HERON @B NULL NULL NULL 149.6 NULL tone
 ;SENSOR:\t240501\t120100\tHERON\t@B\tNULL\t-10\t0000\tbow
 ;SENSOR3: 240501 120030 HERON @B 60 30 0 N 5 16 0 W 200.0 0.5 NULL NULL 5000 "towed array" held on it
-;SENSOR: 240501 120200 HERON @B NULL NULL NULL bow
+;SENSOR2: 240501 120200 HERON @B NULL NaN NULL 151.2 NULL bow
 ;SENSOR3: 240501 120130.25 HERON @B 60 30 18 N 5 16 0 W 201.0 0.5 150.1 0.2 NULL "towed array"
 ;SENSOR: 240501 120000 "Grey Seal" @B NULL 1.0 NULL ear
 """
@@ -73,21 +73,6 @@ def test_contacts(sample):
     turned = np.degrees(ship.frame.true_north(west))
     assert np.degrees(angles[3:]) == pytest.approx(np.array([-160, -159]) + turned)
     assert (np.abs(turned) > 0.004).all()
-
-
-@pytest.mark.parametrize(("side", "wanted"), [("starboard", [30, 320]), ("port", [290, 280])])
-def test_the_side_of_a_line_array(tmp_path, side, wanted):
-    """Heading 340, then 300 degrees: 50 degrees to each side, then 20; which is named first says nothing."""
-    path = tmp_path / "array.dsf"
-    path.write_text("240501 120000 HERON @C 0 0 0 N 0 0 0 E 340 10 0\n"
-                    "240501 120100 HERON @C 0 1 0 N 0 0 0 E 300 10 0\n"
-                    ";SENSOR2: 240501 120000 HERON @B NULL 30 290 NULL NULL array\n"
-                    ";SENSOR2: 240501 120100 HERON @B NULL 280 320 NULL NULL array\n")  # fmt: skip
-    ship = tma.read_track(path)
-    _, angles = tma.read_bearings(path, ship, sigma=0.02, side=side)
-    assert np.degrees(angles) % 360 == pytest.approx(wanted, abs=1e-4)
-    with pytest.raises(ValueError, match=r"array.dsf, line 3, column 'bearing': two bearings; side="):
-        tma.read_bearings(path, ship, sigma=0.02)
 
 
 @pytest.mark.parametrize(
@@ -180,10 +165,10 @@ REFUSED_CUTS = {
         "lines of HERON, SEAL",
     ),
     "outside the track": (CUT.format("300", "NULL", 4), ", line 3, column 'time'", "cannot be placed on"),
-    "both to starboard": (
-        ";SENSOR2: 240501 120000 HERON @B NULL 10 20 NULL NULL array\n",
-        ", line 3, column 'bearing'",
-        "not exactly one of the two bearings is to port",
+    "two bearings": (
+        ";SENSOR2: 240501 120000 HERON @B NULL 10 340 NULL NULL array\n",
+        ", line 3, column 'second bearing'",
+        "two bearings; put NULL for the one that does not hold",
     ),
     "accuracy 0": (
         ";SENSOR3: 240501 120000 HERON @B NULL 10 0 NULL NULL NULL array\n",
@@ -211,7 +196,7 @@ def test_refused_cuts(tmp_path, content, place, message):
     path = tmp_path / "bad.rep"
     path.write_text(FIX + SECOND + content)
     ship = tma.read_track(path)
-    refused(path, place, message, lambda: tma.read_bearings(path, ship, sigma=0.01, side="port"))
+    refused(path, place, message, lambda: tma.read_bearings(path, ship, sigma=0.01))
 
 
 def test_no_such_ship(sample):

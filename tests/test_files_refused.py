@@ -247,7 +247,6 @@ def test_the_limits_are_what_the_documentation_says():
     (lambda path: tma.read_track(path, format="xml"), "format must be 'csv' or 'rep', got 'xml'"),
     (lambda path: tma.read_track(path, name="NELSON"), "a table has one track"),
     (lambda path: tma.read_bearings(path, SHIP, name="NELSON"), "a table has the sensors of one ship"),
-    (lambda path: tma.read_bearings(path, SHIP, side="left"), "side must be 'port' or 'starboard'"),
     (lambda path: tma.read_bearings(path, SHIP, sigma=0), "sigma must be greater than 0"),
     (lambda path: tma.RecordedCourse([0], [(0, 0)], frame=3), "frame must be a Frame, got 3"),
 ])  # fmt: skip

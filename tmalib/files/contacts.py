@@ -19,7 +19,7 @@ COLUMNS = {
 }  # fmt: skip
 
 
-def read_bearings(path, platform, *, sigma=None, sound_speed=None, format=None, name=None, side=None):
+def read_bearings(path, platform, *, sigma=None, sound_speed=None, format=None, name=None):
     """Scenario and measured bearings of a file.
 
     Parameters
@@ -37,9 +37,6 @@ def read_bearings(path, platform, *, sigma=None, sound_speed=None, format=None, 
         As in `read_track`.
     name : str, optional
         The ship whose sensors are wanted, where a REP file has those of several.
-    side : {"port", "starboard"}, optional
-        Which of two bearings holds, where the lines of a line array give both. Such lines are refused
-        without it.
 
     Returns
     -------
@@ -77,8 +74,6 @@ def read_bearings(path, platform, *, sigma=None, sound_speed=None, format=None, 
     >>> [sensor.name for sensor in scenario.sensors], np.degrees(angles).round(6)
     (['bow', 'flank'], array([  0.,  nan,  10., -45.]))
     """
-    if side not in (None, "port", "starboard"):
-        raise ValueError(f"side must be 'port' or 'starboard', got {side!r}")
     sigma = None if sigma is None else check_scalar("sigma", sigma, above=0.0)
     sound_speed = None if sound_speed is None else check_scalar("sound_speed", sound_speed, above=0.0)
     if format_of(path, format) == "rep":
@@ -94,7 +89,7 @@ def read_bearings(path, platform, *, sigma=None, sound_speed=None, format=None, 
         own_times = times[rows]
         _check_times(own, own_times, platform)
         carrier = _own_platform(own, own_times, frame)
-        heard = _angles(own, own_times, platform, carrier or platform, frame, side)
+        heard = _angles(own, own_times, platform, carrier or platform, frame)
         noise = _sigmas(own, np.isfinite(heard), sigma)
         model = _model(own, sound_speed)
         sensors.append(Sensor(model, own_times, noise, own.columns.get("sensor", [""])[0], carrier))
@@ -142,33 +137,16 @@ def _own_platform(table, times, frame):
     return RecordedCourse(times, frame.to_plane(latitude, longitude), None, frame)
 
 
-def _angles(table, times, platform, carrier, frame, side):
-    if "relative_bearing" in table:
-        bow = _heading(table, times, platform, "relative_bearing")
-        return wrap(bow + np.radians(table.array("relative_bearing")))
-    north = frame.true_north(carrier.position_at(times))
-    angles = wrap(np.radians(table.array("bearing")) + north)
-    other = wrap(np.radians(table.array("ambiguous_bearing")) + north)
-    both = np.isfinite(other)
-    if not both.any():
-        return angles
-    if side is None:
-        table.refuse(
-            "two bearings; side='port' or 'starboard' says which holds", table.row_where(both), "bearing"
-        )
-    bow = _heading(table, times, platform, "bearing")
-    wanted = 1.0 if side == "starboard" else -1.0
-    holds, other_holds = wanted * wrap(angles - bow) > 0, wanted * wrap(other - bow) > 0
-    if (row := table.row_where(both & (holds == other_holds))) is not None:
-        table.refuse(f"not exactly one of the two bearings is to {side}", row, "bearing")
-    return np.where(both & other_holds, other, angles)
-
-
-def _heading(table, times, platform, column):
+def _angles(table, times, platform, carrier, frame):
+    if "bearing" in table:
+        north = frame.true_north(carrier.position_at(times))
+        return wrap(np.radians(table.array("bearing")) + north)
     try:
-        return platform.heading_at(times)
+        bow = platform.heading_at(times)
     except (ValueError, AttributeError) as error:
-        table.refuse(f"bearings from the bow need the platform's heading: {error}", 0, column)
+        message = f"bearings from the bow need the platform's heading: {error}"
+        table.refuse(message, 0, "relative_bearing")
+    return wrap(np.radians(table.array("relative_bearing")) + bow)
 
 
 def _sigmas(table, heard, given):

@@ -16,18 +16,22 @@ digits (two digits of a year are 1969 to 2068), times are in UTC; leading zeros 
 Of a fix time, position and heading are taken, of a contact time, position, bearings, sensor and, from
 SENSOR3, the accuracy of the bearing, as its standard deviation. ``NULL`` or ``NaN`` is a bearing that is not
 there; a sensor none of whose lines has a bearing (a frequency tracker) is no sensor of bearings and is left
-out. Other lines that begin with a semicolon (comments, narrative, shapes) are passed over; any other line is
-refused.
+out. A line with two bearings, one to each side of a line array, is refused: the side that holds changes with
+the ship's course, so it must be chosen first, line by line, and the other be ``NULL``. Other lines that begin
+with a semicolon (comments, narrative, shapes) are passed over; any other line is refused.
 
 Source: the chapter "Debrief file formats" of Debrief's user guide; where it is silent, Debrief's importers.
 """
 
 from __future__ import annotations
 
+import io
 import math
 import re
 from datetime import UTC, datetime
 from decimal import Decimal
+
+import numpy as np
 
 from .clock import FileTime, unix_seconds
 from .tables import ANGLE, ANGLE_OR_NONE, SIGMA_OR_NONE, Table, name_cell, number_cell
@@ -35,10 +39,10 @@ from .text import check_rows, read_text, refuse
 
 CONTACTS = {
     ";SENSOR:": ("bearing", "range"),
-    ";SENSOR2:": ("bearing", "ambiguous_bearing", "frequency", "range"),
+    ";SENSOR2:": ("bearing", "second bearing", "frequency", "range"),
     ";SENSOR3:": ("bearing", "sigma", "frequency", "frequency accuracy", "range"),
 }
-TAKEN = {"bearing": ANGLE_OR_NONE, "ambiguous_bearing": ANGLE_OR_NONE, "sigma": SIGMA_OR_NONE}
+TAKEN = {"bearing": ANGLE_OR_NONE, "second bearing": ANGLE_OR_NONE, "sigma": SIGMA_OR_NONE}
 CONTACT_COLUMNS = ("time", "ship", "latitude", "longitude", *TAKEN, "sensor")
 FIX_COLUMNS = ("time", "ship", "latitude", "longitude", "heading")
 FIELD = re.compile(r'"[^"]*"|\S+')
@@ -139,7 +143,7 @@ def _contact(fields):
 def _read(path, columns, wants, parse, ship):
     """A `Table` of the lines that are wanted, of one ship."""
     lines, rows = [], []
-    for line, text in enumerate(read_text(path).splitlines(), start=1):
+    for line, text in enumerate(io.StringIO(read_text(path), newline=None), start=1):
         first = text.split(maxsplit=1)[0].upper() if text.strip() else ";"
         if not first.startswith(";") and not first[0].isdigit():
             refuse(f"neither a fix nor a line that begins with a semicolon: {text:.40}", path, line)
@@ -165,6 +169,8 @@ def read_fixes(path, ship=None):
 def read_contacts(path, ship=None):
     """`Table` of the contacts of a ship's sensors that have bearings."""
     table = _read(path, CONTACT_COLUMNS, CONTACTS.__contains__, _contact, ship)
+    if (row := table.row_where(~np.isnan(table.array("second bearing")))) is not None:
+        table.refuse("two bearings; put NULL for the one that does not hold", row, "second bearing")
     sensors = table.columns["sensor"]
     cells = zip(sensors, table.columns["bearing"], strict=True)
     hears = {sensor for sensor, bearing in cells if not math.isnan(bearing)}

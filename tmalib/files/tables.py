@@ -40,7 +40,7 @@ class Table:
         return int(found[0]) if len(found) else None
 
 
-def number_cell(minimum=-math.inf, maximum=math.inf, unit="", above=-math.inf, may_be_empty=False):
+def number_cell(minimum=-1e300, maximum=1e300, unit="", above=-math.inf, may_be_empty=False):
     """A parser of numbers in a range; NaN for an empty cell, if it may be empty."""
 
     def parse(text):
@@ -50,7 +50,7 @@ def number_cell(minimum=-math.inf, maximum=math.inf, unit="", above=-math.inf, m
             hint = "; decimals follow a point" if "," in text else ""
             raise ValueError(f"a number is wanted, got {text[:LONGEST_CELL]!r}{hint}")
         value = float(text)
-        if not (minimum <= value <= maximum and value > above and math.isfinite(value)):
+        if not (minimum <= value <= maximum and value > above):
             least = f"above {above:g}" if math.isfinite(above) else f"from {minimum:g}"
             raise ValueError(f"{text} is not {least} to {maximum:g}{unit}")
         return value
