@@ -24,7 +24,7 @@ from .cosine_starts import has_cosines, lowest_of_grid
 from .estimate import Fit
 from .levenberg_marquardt import minimise_in_blocks
 from .starts import find_start, starts_at_ranges
-from .uniform import BENDING, PLANE, moving_pairs, propagate
+from .uniform import PLANE, is_uniform, moving_pairs, propagate
 from .unknown_sigma import with_estimated_sigmas
 
 FLAT = 1e-9  # a scaled determinant of the information below which its rank is looked at
@@ -155,8 +155,7 @@ def _beyond(scenario):
     first, last = scenario.times.min(), scenario.times.max()
     span = last - first
     nearest = np.clip(scenario.reference_time, first - span, last + span)
-    uniform = set(PLANE) <= set(scenario.coordinates) and not set(BENDING) & set(scenario.coordinates)
-    return scenario.reference_time - nearest if uniform else 0.0
+    return scenario.reference_time - nearest if is_uniform(scenario.coordinates) else 0.0
 
 
 def _can_start(scenario, start=None):
@@ -202,7 +201,7 @@ def _look_from_all_ranges(scenario, measured, settings, fields):
 
 def _brought_near(scenario, state):
     """States ``(runs, n)`` with those far away scaled towards the platform: out there all ranks are lost."""
-    if not set(PLANE) <= set(scenario.coordinates):
+    if not is_uniform(scenario.coordinates):
         return state
     (places, speeds), state = moving_pairs(scenario.coordinates), state.copy()
     here = scenario.platform.position_at(scenario.times[0])

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .checks import check_count, check_probability
-from .uniform import PLANE, POSITION, propagate
+from .uniform import POSITION, is_uniform, propagate
 
 RANK_TOLERANCE = 1e-12  # singular value of the scaled Jacobian, relative to the largest
 CLOSE = 1e-6  # below this, rounding is looked at
@@ -107,7 +107,7 @@ def factor(scenario, state, jacobian):
 
 def _rounding(scenario, state):
     """Relative rounding of a direction from a platform to states ``(m, n)``: of positions, over the range."""
-    if not set(PLANE) <= set(scenario.coordinates):
+    if not is_uniform(scenario.coordinates):
         return np.zeros(len(state))
     largest, nearest = np.zeros(len(state)), np.full(len(state), np.inf)
     for block in scenario.blocks:

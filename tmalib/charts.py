@@ -24,7 +24,7 @@ from functools import cached_property
 import numpy as np
 
 from .checks import check_array, set_fields
-from .uniform import BENDING, PLANE, moving_pairs
+from .uniform import PLANE, is_uniform, moving_pairs
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +158,7 @@ class ModifiedPolar:
 def chart_of(scenario, chart=None):
     """A chart about the platform at the measurement nearest to the reference time; the default of `fit`."""
     if chart is None:
-        flat = set(PLANE) <= set(scenario.coordinates) and not {"z", *BENDING} & set(scenario.coordinates)
+        flat = is_uniform(scenario.coordinates) and "z" not in scenario.coordinates
         chart = ModifiedPolar if flat else Cartesian
     if not callable(chart):
         raise ValueError(f"chart must be a class such as ModifiedPolar or Cartesian, got {chart!r}")

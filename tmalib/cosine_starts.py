@@ -65,7 +65,7 @@ def longest_sensor(scenario):
     return block
 
 
-def grid_of_starts(scenario, measured):
+def grid_of_motions(scenario, measured):
     """States from which a fit of one run ``(N,)`` may start, ``(S, n)``, for conical angles alone."""
     block = longest_sensor(scenario)
     sensor, names = block.sensor, scenario.coordinates
@@ -87,7 +87,7 @@ def lowest_of_grid(scenario, angles, chart):
     for run, measured in enumerate(angles):
         if not np.isfinite(measured).all():
             continue
-        grid = grid_of_starts(scenario, measured)
+        grid = grid_of_motions(scenario, measured)
         state, cost = _few_steps(scenario, measured, grid, chart, FEW_STEPS)
         wet = in_water(scenario, state)
         kept = np.concatenate([_lowest(cost, wet, KEPT), _lowest(cost, ~wet, KEPT)])

@@ -198,7 +198,7 @@ class Fit:
         >>> ear = tma.Sensor(tma.Bearing(), times=np.arange(0, 600, 5.0), sigma=0.01)
         >>> truth = tma.Target((2e3, 4e3), speed=6, heading=1.5)
         >>> straight = tma.Scenario(ship, [ear], reference_time=595, target=truth)
-        >>> print(tma.fit(straight, straight.simulate(runs=1, seed=1)[0]).explain()[:45])
+        >>> print(tma.fit(straight, straight.simulate(runs=1, seed=1)[0]).explain()[:44])
         not observable: rank 3 of 4, nothing changes
         """
         lines = []

@@ -12,7 +12,7 @@ import numpy as np
 
 from .batch import fit
 from .checks import check_scalar
-from .cosine_starts import grid_of_starts, has_cosines
+from .cosine_starts import grid_of_motions, has_cosines
 from .starts import starts_at_ranges
 
 SAME = 0.1  # standard deviations of the estimate, as in `distinct_minima`
@@ -115,7 +115,7 @@ def alternatives(found, within=9.0, max_iterations=200):
         return []
     there = ~np.isnan(found.measured)
     scenario, measured = found.scenario.keep(there), found.measured[there]
-    starts = (grid_of_starts if has_cosines(scenario) else starts_at_ranges)(scenario, measured)
+    starts = (grid_of_motions if has_cosines(scenario) else starts_at_ranges)(scenario, measured)
     starts = np.concatenate([found.state[None], starts[np.isfinite(starts).all(axis=1)]])
     states, costs, _ = distinct_minima(scenario, measured, starts, max_iterations=max_iterations)
     jacobian = scenario.linearise(found.state)[1] / scenario.sigma[:, None]

@@ -28,6 +28,11 @@ def moving_pairs(coordinates):
     return tuple(np.array([coordinates.index(name) for name in names]) for names in (POSITION, VELOCITY))
 
 
+def is_uniform(coordinates):
+    """Whether a state has position and velocity, and nothing that bends its motion."""
+    return set(PLANE) <= set(coordinates) and not set(BENDING) & set(coordinates)
+
+
 def transition(duration, coordinates=PLANE):
     """Transition matrix ``Phi`` of a constant velocity state over ``duration`` seconds.
 

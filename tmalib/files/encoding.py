@@ -29,17 +29,20 @@ import numpy as np
 
 from ..bearings import Bearing, DelayedBearing
 from ..biased import Biased
-from ..bounds import Ellipse
 from ..checks import set_fields
+from ..clouds import Cloud
 from ..cones import ConicalAngle, RayPath
 from ..consistency import Consistency
 from ..curved import AcceleratedBearing, TurningBearing
 from ..doppler import DopplerFrequency
+from ..ellipse import Ellipse
 from ..estimate import Estimate, Fit
 from ..motion import Course, Leg, SampledCourse, Target
-from ..particles import Cloud, ParticleTrack
+from ..particles import ParticleTrack
+from ..priors import FilterState, Prior
+from ..process_noise import ProcessNoise
 from ..ranges import Range
-from ..recursive import Prior, Track
+from ..recursive import Track
 from ..scenario import Scenario
 from ..sensors import Sensor
 from ..sound_speed import DelayedBearingUnknownSpeed
@@ -52,7 +55,7 @@ CLASSES = {
         Target, Leg, Course, SampledCourse, RecordedCourse, Frame,
         Bearing, DelayedBearing, DelayedBearingUnknownSpeed, AcceleratedBearing, TurningBearing,
         RayPath, ConicalAngle, DopplerFrequency, Range, Biased, Sensor, Scenario,
-        Fit, Estimate, Ellipse, Consistency, Prior, Track, Cloud, ParticleTrack,
+        Fit, Estimate, Ellipse, Consistency, Prior, FilterState, ProcessNoise, Track, Cloud, ParticleTrack,
     )
 }  # fmt: skip
 
