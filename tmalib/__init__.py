@@ -46,8 +46,10 @@ from .motion import Course, SampledCourse, Straight, Target, Turn
 from .particles import ParticleTrack, sir
 from .priors import FilterState, Prior, prior_along_first_bearing
 from .process_noise import ProcessNoise
+from .profile import profile_criterion
 from .ranges import Range
 from .recursive import Track, ekf, predict, update
+from .region import Region, confidence_region
 from .scenario import Scenario
 from .sensors import Sensor
 from .sound_speed import DelayedBearingUnknownSpeed
@@ -84,6 +86,7 @@ __all__ = [
     "Range",
     "RayPath",
     "RecordedCourse",
+    "Region",
     "Runs",
     "SampledCourse",
     "Scenario",
@@ -105,6 +108,7 @@ __all__ = [
     "cloud_along_first_bearing",
     "compare_with_truth",
     "confidence_ellipse",
+    "confidence_region",
     "crlb",
     "crlb_sigma",
     "distinct_minima",
@@ -122,6 +126,7 @@ __all__ = [
     "nees_limits",
     "predict",
     "prior_along_first_bearing",
+    "profile_criterion",
     "propagate",
     "propagation_delay",
     "read_bearings",
