@@ -50,6 +50,7 @@ from .profile import profile_criterion
 from .ranges import Range
 from .recursive import Track, ekf, predict, update
 from .region import Region, confidence_region
+from .residuals import ResidualTest, ResidualTests, residual_tests
 from .scenario import Scenario
 from .sensors import Sensor
 from .sound_speed import DelayedBearingUnknownSpeed
@@ -87,6 +88,8 @@ __all__ = [
     "RayPath",
     "RecordedCourse",
     "Region",
+    "ResidualTest",
+    "ResidualTests",
     "Runs",
     "SampledCourse",
     "Scenario",
@@ -131,6 +134,7 @@ __all__ = [
     "propagation_delay",
     "read_bearings",
     "read_track",
+    "residual_tests",
     "save",
     "sensitivity",
     "sir",
