@@ -159,7 +159,6 @@ def test_sigma_and_sound_speed_from_the_call_or_the_file(write):
     assert b.model == tma.DelayedBearing(1480)
 
 
-@pytest.mark.xfail(strict=True, reason="a Sensor has one sigma as yet", raises=ValueError)
 def test_a_sigma_for_each_bearing(write):
     scenario, _ = tma.read_bearings(write("time,bearing,sigma\n0,1,0.5\n60,1,2\n"), SHIP)
     assert np.degrees(scenario.sigma) == pytest.approx([0.5, 2])

@@ -92,7 +92,7 @@ def test_the_lag_product_has_the_stated_spread_about_its_mean(scenario):
         state=np.broadcast_to(fit.state, (20_000, 4)),
         converged=np.ones(20_000, dtype=bool),
         cost=np.zeros(20_000),
-        reason=np.full(20_000, "converged"),
+        status=np.full(20_000, "converged"),
         measured=exact + few * watch.sigma * noise,
     )
     statistic = tma.residual_tests(many, lags=1).correlation.statistic[:, 0]

@@ -65,7 +65,7 @@ def lowest_of(scenario, angles, starts, chart):
     """
     count, runs, n = starts.shape
     many = np.broadcast_to(angles, (count, *angles.shape)).reshape(count * runs, -1)
-    state, _, _, _, cost = minimise_in_blocks(
+    state, _, _, cost, _ = minimise_in_blocks(
         scenario, many, starts.reshape(-1, n), chart, True, TOLERANCE, PASSES
     )
     cost = np.where(np.isfinite(cost), cost, np.inf).reshape(count, runs)

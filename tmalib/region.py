@@ -135,7 +135,7 @@ def confidence_region(fit, probability=0.9, nearest=None):
     if fit.state.ndim != 1:
         raise ValueError(f"a region is of one run, and these are {fit.state.shape[:-1]}; fit one")
     if not np.isfinite(fit.state).all():
-        raise ValueError(f"the fit must have a finite state, got {fit.state} ({fit.reason})")
+        raise ValueError(f"the fit must have a finite state, got {fit.state} ({fit.status})")
     count = int(np.isfinite(fit.measured).sum())
     if count < len(fit.state):
         raise ValueError(f"a region needs {len(fit.state)} measurements, one an unknown, got {count}")

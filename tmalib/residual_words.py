@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from .checks import check_probability
-from .levenberg_marquardt import CONVERGED
+from .status import CONVERGED
 
 
 def sentences(tests, level):
     """The sentences of `ResidualTests.warnings`; `ValueError` for more than one run or a wrong level."""
     level = check_probability(level)
-    if tests.reason.ndim:
-        raise ValueError(f"warnings are of one run, and these are {tests.reason.shape}; fit one")
-    if tests.reason != CONVERGED:
-        return [f"The fit has not converged ({tests.reason}): its residuals say nothing. Try another start."]
+    if tests.status.ndim:
+        raise ValueError(f"warnings are of one run, and these are {tests.status.shape}; fit one")
+    if tests.status != CONVERGED:
+        return [f"The fit has not converged ({tests.status}): its residuals say nothing. Try another start."]
     if np.isnan(tests.size.freedom[-1]):
         return ["There are no more measurements than unknowns: no test of the residuals is possible."]
     said = [write(tests, level) for write in (_largest, _size, _drift, _correlation)]

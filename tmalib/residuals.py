@@ -69,7 +69,7 @@ class ResidualTests:
         Largest standardised residual; the freedom is the number of residuals.
     when : ndarray, shape (..., S + 1)
         Time of the largest residual in seconds.
-    reason : ndarray of str, shape (...)
+    status : ndarray of str, shape (...)
         Status of the fit. All tests of a run that has not converged are NaN.
     """
 
@@ -79,7 +79,7 @@ class ResidualTests:
     correlation: ResidualTest
     largest: ResidualTest
     when: np.ndarray
-    reason: np.ndarray
+    status: np.ndarray
 
     def warnings(self, level=0.001):
         """What the tests of one run say in words, a list of sentences; empty if nothing is suspicious.
@@ -155,7 +155,7 @@ def residual_tests(fit, lags=LAGS, cosines=COSINES):
         ResidualTest(*correlation, _upper(*correlation)),
         ResidualTest(*largest, _of_many(*largest)),
         found[8],
-        fit.reason,
+        fit.status,
     )
 
 
