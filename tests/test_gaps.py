@@ -154,3 +154,17 @@ def test_what_an_unknown_sigma_refuses(scenario):
     run[63:] = np.nan
     with pytest.raises(ValueError, match="three measurements of sonar"):
         tma.fit(unknown, run)
+
+
+def test_regions_and_profiles_leave_out_what_is_missing(scenario):
+    angles = with_gaps(scenario, 3, 0.3, seed=10)
+    place = scenario.state[:2] * [1.01, 0.99]
+    profile = tma.profile_criterion(scenario, angles, place)
+    for k, run in enumerate(angles):
+        there = ~np.isnan(run)
+        rest = scenario.keep(there)
+        assert profile[k] == pytest.approx(tma.profile_criterion(rest, run[there], place), rel=1e-9)
+    whole = tma.confidence_region(tma.fit(scenario, angles[0]))
+    there = ~np.isnan(angles[0])
+    part = tma.confidence_region(tma.fit(scenario.keep(there), angles[0][there]))
+    assert whole.area == pytest.approx(part.area, rel=1e-9)

@@ -242,7 +242,7 @@ def test_a_region_without_end(open_range):
 
 def test_a_lost_run_stays_alone(early):
     angles = early.simulate(5, seed=6)
-    angles[2, 3] = np.nan
+    angles[2, 3] = np.inf
     some = tma.profile_criterion(early, angles, early.state[PLACE])
     np.testing.assert_array_equal(np.isnan(some), [False, False, True, False, False])
     one = tma.profile_criterion(early, angles[3], early.state[PLACE])

@@ -4,80 +4,129 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
+from random_scenarios import FAMILIES, best_of_scipy, nearest, random_scenario
 
 import tmalib as tma
-from tmalib import starts
+from tmalib import condensed, pseudolinear, starts
 
 
-def random_scenario(rng, family):
-    """A platform, a target and bearings whose bound is below a tenth of the range."""
-    while True:
-        air, legs = family == "air", 1 if family == "straight" else int(rng.integers(2, 4))
-        duration, heading, parts = rng.uniform(400, 1800), rng.uniform(0, 2 * np.pi), []
-        for _ in range(legs):
-            parts.append(tma.Straight(duration / legs, heading=heading))
-            heading += rng.choice([-1, 1]) * np.radians(rng.uniform(30, 120))
-        platform = tma.Course((0, 0), rng.uniform(60, 150) if air else rng.uniform(3, 10), 0.0, parts)
-        distance = np.exp(rng.uniform(np.log(1e3), np.log(10e3 if family == "close" else 60e3)))
-        direction = rng.uniform(-0.1, 0.1) if family == "north" else rng.uniform(0, 2 * np.pi)
-        speed = rng.uniform(50, 0.7 * 340) if air else rng.uniform(0.5, 15)
-        when = duration / 2 if family == "close" else 0.0
-        place = distance * np.array([np.sin(direction), np.cos(direction)])
-        target = tma.Target(place, speed, rng.uniform(0, 2 * np.pi), time=when)
-        times, sigma = np.arange(0, duration, rng.choice([5, 10, 20])), np.radians(rng.uniform(0.1, 2))
-        sound = tma.Sensor(tma.DelayedBearing(340.0 if air else 1500.0), times, sigma)
-        light = tma.Sensor(tma.Bearing(), times, sigma)
-        sensors = (
-            [light, sound] if family == "straight" else [[light], [sound], [light, sound]][rng.integers(3)]
-        )
-        scenario = tma.Scenario(platform, sensors, 0.999 * duration, target)
-        bound = tma.crlb(scenario, scenario.state[None])[0]
-        gap = target.position_at(times) - platform.position_at(times)
-        apart = np.hypot(*gap.T)
-        if apart.min() > 100 and np.sqrt(np.trace(bound[:2, :2])) < 0.1 * apart[-1]:
-            return scenario
+def lost(found, best):
+    """Runs that miss a minimum that another fit reaches."""
+    return best.converged & ~(found.converged & (found.cost <= best.cost + 1e-3))
 
 
-@pytest.mark.parametrize("family", ["manoeuvre", "close", "air", "straight", "north"])
+@pytest.mark.parametrize("family", FAMILIES)
 def test_never_worse_than_from_the_truth(family):
-    rng = np.random.default_rng(7)
-    for k in range(8):
+    rng = np.random.default_rng([7, FAMILIES.index(family)])
+    for _ in range(10):
         scenario = random_scenario(rng, family)
-        angles = scenario.simulate(5, seed=k)
-        found, best = (
-            tma.fit(scenario, angles, tolerance=1e-3),
-            tma.fit(scenario, angles, scenario.state, tolerance=1e-3),
-        )
-        assert found.converged[best.converged].all()
-        assert np.all(found.cost[best.converged] <= best.cost[best.converged] + 1e-3)
+        angles = scenario.simulate(3, rng)
+        found = tma.fit(scenario, angles, tolerance=1e-3)
+        assert not lost(found, tma.fit(scenario, angles, scenario.state, tolerance=1e-3)).any()
 
 
-def test_never_worse_than_scipy_from_many_starts():
-    rng = np.random.default_rng(11)
-    for k in range(4):
-        scenario = random_scenario(rng, "manoeuvre")
-        (angles,) = scenario.simulate(1, seed=k)
-        scale = np.array([1e3, 1e3, 1.0, 1.0])
+@pytest.mark.parametrize("family", FAMILIES)
+def test_never_worse_than_scipy_from_many_starts(family):
+    rng = np.random.default_rng([11, FAMILIES.index(family)])
+    scenario = min((random_scenario(rng, family) for _ in range(10)), key=lambda one: len(one.times))
+    (angles,) = scenario.simulate(1, rng)
+    found = tma.fit(scenario, angles, tolerance=1e-3)
+    assert found.converged
+    assert found.cost <= best_of_scipy(rng, scenario, angles, guesses=12) + 1e-3
 
-        def residuals(x, scenario=scenario, angles=angles, scale=scale):
-            with np.errstate(all="ignore"):  # scipy may ask for a target faster than sound
-                off = scenario.residual(angles, scenario.linearise(x * scale)[0]) / scenario.sigma
-            return np.nan_to_num(off, nan=1e3)
 
-        guesses = np.concatenate([rng.uniform(-60, 60, (10, 2)), rng.uniform(-15, 15, (10, 2))], axis=1)
-        costs = [2 * least_squares(residuals, guess, method="lm", max_nfev=400).cost for guess in guesses]
-        assert tma.fit(scenario, angles, tolerance=1e-3).cost <= min(costs) + 1e-3
+def test_a_target_on_top_of_the_platform_is_no_last_word():
+    """Ill-seen targets: a fit that ends there has looked for a lower minimum elsewhere.
+
+    With equations that shrink the range, and no second look, 11 of these 360 runs were reported as converged
+    above the minimum that a fit from the truth reaches, 9 of them nearer than a metre.
+    """
+    rng, deceived, ended = np.random.default_rng(1), 0, 0
+    for family in ("one to three legs", "close pass", "straight"):
+        for _ in range(30):
+            scenario = random_scenario(rng, family, well_seen=False)
+            angles = scenario.simulate(4, rng)
+            found, best = tma.fit(scenario, angles), tma.fit(scenario, angles, scenario.state)
+            higher = found.converged & lost(found, best) & (found.cost > best.cost + 1e-2)
+            deceived += np.sum(higher)
+            ended += np.sum(higher & (nearest(scenario, found.state) < 1))
+    assert ended == 0
+    assert deceived <= 1
 
 
 def test_the_linear_equations_are_exact_without_noise():
     """Instantaneous bearings of a uniform motion satisfy them: the state comes out at once, from no start."""
-    scenario = random_scenario(np.random.default_rng(3), "manoeuvre")
-    light = tma.Sensor(tma.Bearing(), np.arange(0, scenario.sensors[0].times[-1], 20.0), 0.01)
+    scenario = random_scenario(np.random.default_rng(3), "one to three legs")
+    light = tma.Sensor(tma.Bearing(), np.arange(0, scenario.sensors[0].times[-1], 20.0), 1e-6)
     exact = replace(scenario, sensors=[light])
-    equations = starts.LinearEquations(exact, exact.measure()[None])
-    state = tma.propagate(equations.solve()[0], exact.reference_time - equations.middle)
-    np.testing.assert_allclose(state, exact.state, rtol=1e-5)
+    places = pseudolinear.Places(exact)
+    state, spread = pseudolinear.Equations(places, exact.measure()[None]).free(2)
+    np.testing.assert_allclose(
+        tma.propagate(state[0], exact.reference_time - places.middle), exact.state, rtol=1e-4
+    )
+    assert spread < 1e-3
+
+
+def test_the_products_of_the_equations_are_not_biased():
+    """Their mean over much noise is what they are without noise: each of 300 within five standard errors."""
+    ship = tma.Course((0, 0), 6.0, 0.0, [tma.Straight(600), tma.Straight(600, heading=1.5)])
+    light = tma.Sensor(tma.Bearing(), np.arange(0, 1200, 20.0), 0.3)
+    scenario = tma.Scenario(ship, [light], 600.0, tma.Target((6e3, 6e3), 5.0, 4.0))
+    places, exact = pseudolinear.Places(scenario), scenario.measure()
+    noisy = pseudolinear.Equations(places, scenario.simulate(20_000, seed=1)).products
+    across = np.stack([np.cos(exact), -np.sin(exact)])
+    right = np.sum(across * (ship.position_at(light.times) - ship.position_at(0.0)).T, axis=0)
+    clean = np.stack([across[0] ** 2, across[0] * across[1], across[1] ** 2, *(across * right)])
+    error = np.abs(noisy.mean(axis=0) - clean)
+    assert np.all(error <= 5 * noisy.std(axis=0) / np.sqrt(20_000) + 1e-12)
+    biased = np.abs(across[0] * across[1]) * (1 - np.exp(-2 * 0.3**2))
+    assert np.mean(error[1] < biased / 5) > 0.8, "far below the bias that is removed"
+
+
+def test_a_held_range_is_held():
+    scenario = random_scenario(np.random.default_rng(5), "straight")
+    places = pseudolinear.Places(scenario)
+    assert not places.turns
+    state = pseudolinear.Equations(places, scenario.simulate(3, seed=1)).held([1e3, 2e4])
+    there = tma.propagate(state, scenario.times.min() - places.middle)[..., :2] - places.origin
+    late = np.hypot(*np.moveaxis(state[..., 2:], -1, 0)) * [1e3, 2e4] / 1500  # moved while the sound came
+    assert np.all(np.abs(np.hypot(*np.moveaxis(there, -1, 0)) - [1e3, 2e4]) <= late + 1)
+
+
+def test_what_is_settled():
+    """Not a target that meets a platform, not one as fast as sound; wherever the platform is."""
+    ship = tma.Course((3e4, -5e4), 6.0, 0.0, [tma.Straight(600), tma.Straight(600, heading=1.5)])
+    sound = tma.Sensor(tma.DelayedBearing(1500.0), np.arange(0, 1200, 10.0), 0.01)
+    ready = starts._prepared(tma.Scenario(ship, [sound], 300.0))
+    here = ship.position_at(700.0)
+    state = np.array([[*here + [9e3, 0], 1, 1], [*here - [400, 800], 1, 2], [0, 0, 1450, 0], [0, 0, 1, 1]])
+    status, cost = np.array(["converged"] * 3 + ["iteration limit"]), np.full(4, 100.0)
+    settled = ready.settled(Outcome(state, status, None, cost, None))
+    np.testing.assert_array_equal(settled, [True, False, False, False])
+    unlike = ready.settled(Outcome(state, status, None, 2 * cost, None))
+    assert not unlike.any(), "does not explain the bearings"
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_the_place_of_the_origin_does_not_matter(family):
+    """The same bearings, with platforms and target elsewhere: the same criterion, the estimate elsewhere."""
+    rng, shift = np.random.default_rng([13, FAMILIES.index(family)]), np.array([3e4, -5e4])
+    for well_seen in (True, False):
+        scenario = random_scenario(rng, family, well_seen)
+        angles = scenario.simulate(4, rng)
+
+        def moved(course):
+            return course and replace(course, start=np.add(course.start, shift))
+
+        sensors = [replace(one, platform=moved(one.platform)) for one in scenario.sensors]
+        other = tma.Scenario(moved(scenario.platform), sensors, scenario.reference_time)
+        here, there = tma.fit(scenario, angles), tma.fit(other, angles)
+        np.testing.assert_array_equal(here.converged, there.converged)
+        good = here.converged
+        np.testing.assert_allclose(here.cost[good], there.cost[good], rtol=1e-4)
+        sigma = np.sqrt(np.diagonal(here.covariance, axis1=-2, axis2=-1))
+        off = (there.state - [*shift, 0, 0] - here.state) / sigma
+        assert np.all(np.abs(off[good]) < 0.02)
 
 
 def test_two_platforms_and_a_further_unknown():
@@ -109,17 +158,6 @@ def test_a_run_that_is_not_finite_is_alone(scenario):
     np.testing.assert_array_equal(single.state, rest.state[0])
 
 
-def test_ranges_are_tried_where_bearings_leave_the_range_open():
-    """A straight observer: only the delay gives the range. With a turn nothing has to be tried."""
-    rng = np.random.default_rng(5)
-    for family, share in (("straight", 0.5), ("manoeuvre", 0.0)):
-        tried = []
-        for k in range(6):
-            scenario = random_scenario(rng, family)
-            tried.append(starts.find_start(scenario, scenario.simulate(5, seed=k))[1].mean())
-        assert np.median(tried) >= share if share else np.median(tried) == 0.0
-
-
 def test_what_cannot_start_says_so(scenario):
     deep = tma.Sensor(tma.Range(), [1.0, 2.0], 0.1)
     with pytest.raises(ValueError, match="needs a sensor that measures bearings"):
@@ -145,23 +183,36 @@ def test_condensed_bearings_are_exact_for_parabolas_and_not_correlated():
     sensor = tma.Sensor(tma.Bearing(), times, 0.01)
     a, b, c = 3.1, 2e-3, -1e-5  # through south, where bearings wrap
     exact = a + b * (times - 300) + c * (times - 300) ** 2
-    fewer, values = starts.condense(sensor, tma.wrap(exact)[None])
-    wanted = a + b * (fewer.times - 300) + c * (fewer.times - 300) ** 2
-    off = tma.wrap(values[0] - wanted).reshape(-1, 2)
-    assert len(fewer) == 60
-    assert np.all(np.diff(fewer.times) > 0)
+    made = condensed.lines(sensor)
+    wanted = a + b * (made.sensor.times - 300) + c * (made.sensor.times - 300) ** 2
+    off = tma.wrap(made.of(tma.wrap(exact)[None])[0] - wanted).reshape(-1, 2)
+    assert len(made.sensor) == 60
+    assert np.all(np.diff(made.sensor.times) > 0)
     np.testing.assert_allclose(off.mean(axis=1), 0, atol=1e-12)
-    _, noisy = starts.condense(sensor, 0.01 * rng.standard_normal((4000, 300)))
-    np.testing.assert_allclose(noisy.std(axis=0) / fewer.sigma, 1, atol=0.06)
-    assert np.abs(np.mean(noisy[:, ::2] * noisy[:, 1::2], axis=0)).max() < 0.1 * fewer.sigma**2
+    noisy = made.of(0.01 * rng.standard_normal((4000, 300)))
+    np.testing.assert_allclose(noisy.std(axis=0) / made.sensor.sigma, 1, atol=0.06)
+    assert np.abs(np.mean(noisy[:, ::2] * noisy[:, 1::2], axis=0)).max() < 0.1 * made.sensor.sigma**2
 
 
 def test_few_bearings_stay_as_they_are_and_none_is_left_out():
-    few = tma.Sensor(tma.Bearing(), np.arange(119.0), 0.01)
-    assert starts.condense(few, np.zeros((1, 119)))[0] is few
-    many = tma.Sensor(tma.Bearing(), np.arange(127.0), 0.01)
-    angles = np.zeros((127, 127)) + 0.1 * np.eye(127)
-    assert np.all(np.abs(starts.condense(many, angles)[1]).max(axis=1) > 0)
+    few = tma.Sensor(tma.Bearing(), np.arange(239.0), 0.01)
+    angles = np.random.default_rng(1).uniform(-3, 3, (2, 239))
+    np.testing.assert_array_equal(condensed.lines(few).of(angles), angles)
+    many = tma.Sensor(tma.Bearing(), np.arange(247.0), 0.01)
+    angles = np.zeros((247, 247)) + 0.1 * np.eye(247)
+    assert np.all(np.abs(condensed.lines(many).of(angles)).max(axis=1) > 0)
+
+
+def test_means_wrap():
+    """Means of two and three around south are those of the unwrapped angles, at the mean of their times."""
+    rng, times = np.random.default_rng(3), np.arange(95.0)
+    sensor = tma.Sensor(tma.Bearing(), times, 0.01)
+    angles = 3.1 + 0.05 * rng.standard_normal((4, 95))
+    made = condensed.means(sensor)
+    np.testing.assert_allclose(made.sensor.times, times[1:93:3])
+    wanted = angles[:, :93].reshape(4, 31, 3).mean(axis=2)
+    np.testing.assert_allclose(tma.wrap(made.of(tma.wrap(angles)) - wanted), 0, atol=1e-12)
+    assert made.sensor.sigma == pytest.approx(0.01 / np.sqrt(3))
 
 
 def test_a_start_faster_than_sound_is_no_converged_fit(scenario):
@@ -197,6 +248,4 @@ def test_a_target_that_passes_close_and_fast():
     scenario = tma.Scenario(one, [sound], 1476.0, tma.Target((-148.3, -1554.0), 65.5, 5.352))
     angles = scenario.simulate(200, seed=3)
     found, best = tma.fit(scenario, angles), tma.fit(scenario, angles, scenario.state)
-    lost = found.cost > best.cost + 1e-2
-    assert lost.sum() <= 1, "three without these steps"
-    assert np.all(found.p_value[lost] < 1e-6), "and it shows"
+    assert not lost(found, best).any(), "two without the steps with all bearings"

@@ -23,7 +23,7 @@ from .checks import check_count, check_scalar
 from .cosine_starts import has_cosines, lowest_of_grid
 from .estimate import Fit
 from .levenberg_marquardt import minimise_in_blocks
-from .starts import find_start, starts_at_ranges
+from .starts import fit_without_start, starts_at_ranges
 from .uniform import PLANE, is_uniform, moving_pairs, propagate
 from .unknown_sigma import with_estimated_sigmas
 
@@ -164,39 +164,44 @@ def _can_start(scenario, start=None):
     return start is not None or any(bearings) or has_cosines(scenario)
 
 
+def without_gaps(scenario, angles):
+    """Runs ``(runs, N)`` with the same measurements missing, as scenarios without these.
+
+    Yields the scenario, the mask of what is there ``(N,)`` and the indices of the runs. A run without any
+    measurement is left out.
+    """
+    patterns, of = np.unique(~np.isnan(angles), axis=0, return_inverse=True)
+    for k, there in enumerate(patterns):
+        if there.any():
+            yield scenario.keep(there), there, np.flatnonzero(of.ravel() == k)
+
+
 def _fit_what_is_there(scenario, angles, start, settings):
     """State, status, iterations and criterion of runs ``(runs, N)``: those with the same gaps go together."""
-    missing = np.isnan(angles)
-    if not missing.any():
+    if not np.isnan(angles).any():
         return _fit_complete(scenario, angles, start, settings)
     runs, n = len(angles), len(scenario.coordinates)
     state, status = np.full((runs, n), np.nan), np.full(runs, words.NOT_OBSERVABLE, dtype=f"<U{words.WIDTH}")
     fields = (state, status, np.zeros(runs, dtype=int), np.full(runs, np.nan))
-    patterns, pattern_of = np.unique(missing, axis=0, return_inverse=True)
-    for k, gone in enumerate(patterns):
-        if gone.all():
-            continue
-        rest, which = scenario.keep(~gone), np.flatnonzero(pattern_of.ravel() == k)
+    for rest, there, which in without_gaps(scenario, angles):
         if rest.coordinates != scenario.coordinates or not _can_start(rest, start):
             continue  # nothing is left that tells an unknown
         first = None if start is None else start[which]
-        found = _fit_complete(rest, angles[which][:, ~gone], first, settings)
+        found = _fit_complete(rest, angles[which][:, there], first, settings)
         for whole, part in zip(fields, found, strict=True):
             whole[which] = part
     return fields
 
 
-def _look_from_all_ranges(scenario, measured, settings, fields):
-    """Put a minimum into the fields of a run that ran away, if a start at some range leads to a lower one."""
+def _look_from_all_ranges(scenario, measured, settings, before):
+    """Put a lower minimum into the outcome of a run that ran away, if a start at some range leads to one."""
     starts = starts_at_ranges(scenario, measured)
     angles = np.broadcast_to(measured, (len(starts), len(measured)))
     for chart in (None, Cartesian):
         found = minimise_in_blocks(scenario, angles, starts, chart_of(scenario, chart), *settings)
-        cost = np.where(found[1] == words.CONVERGED, found[3], np.inf)
-        best = np.argmin(cost)
-        if cost[best] < fields[3]:
-            for part, other in zip(fields, found[:4], strict=True):
-                part[0] = other[best]
+        cost = np.where(found.converged, found.cost, np.inf)
+        if cost.min() < before.cost:
+            before.put([0], found.of([np.argmin(cost)]))
 
 
 def _brought_near(scenario, state):
@@ -214,20 +219,14 @@ def _brought_near(scenario, state):
 def _fit_complete(scenario, angles, start, settings):
     """`_fit_what_is_there` for runs without a gap."""
     without, (chart, *others) = start is None, settings
-    if without and has_cosines(scenario):
-        start = lowest_of_grid(scenario, angles, chart_of(scenario, chart))
-    elif without:
-        start = find_start(scenario, np.where(np.isfinite(angles), angles, np.nan))[0]
-    fields = minimise_in_blocks(scenario, angles, start, chart_of(scenario, chart), *others)
-    status = fields[1]
-    lost = np.flatnonzero((status != words.CONVERGED) & (status != words.NOT_FINITE))
-    if without and len(lost):  # one chart finds the way where the other does not
-        cartesian = chart_of(scenario, Cartesian)
-        again = minimise_in_blocks(scenario, angles[lost], start[lost], cartesian, *others)
-        found = again[1] == words.CONVERGED
-        for part, other in zip(fields, again, strict=True):
-            part[lost[found]] = other[found]
-    state, status, iterations, cost, volume = fields
+    chart = chart_of(scenario, chart)
+    if without and not has_cosines(scenario):
+        found = fit_without_start(scenario, np.where(np.isfinite(angles), angles, np.nan), chart, *others)
+        start = found.state
+    else:
+        start = lowest_of_grid(scenario, angles, chart) if without else start
+        found = minimise_in_blocks(scenario, angles, start, chart, *others)
+    state, status, iterations, cost, volume = found
     if angles.shape[1] < len(scenario.coordinates):
         status[np.isfinite(angles).all(axis=1)] = words.NOT_OBSERVABLE
     converged = status == words.CONVERGED
@@ -240,7 +239,7 @@ def _fit_complete(scenario, angles, start, settings):
     if len(away) and without:
         status[away] = words.NO_MINIMUM
         for run in away if not has_cosines(scenario) else ():
-            _look_from_all_ranges(scenario, angles[run], others, [part[run : run + 1] for part in fields[:4]])
+            _look_from_all_ranges(scenario, angles[run], others, found.of(slice(run, run + 1)))
     elif len(away) and _can_start(scenario):
         nearer = _fit_complete(scenario, angles[away], None, (None, True, *others[1:]))
         lowest = (nearer[1] != words.CONVERGED) | (nearer[3] > cost[away])

@@ -115,5 +115,6 @@ def _lowest(cost, among, count):
 
 def _few_steps(scenario, measured, starts, chart, steps):
     angles = np.broadcast_to(measured, (len(starts), len(measured)))
-    state, _, _, cost, _ = minimise_in_blocks(scenario, angles, starts, chart, True, TOLERANCE, steps)
-    return state, np.where(np.isfinite(cost) & np.isfinite(state).all(axis=1), cost, np.inf)
+    found = minimise_in_blocks(scenario, angles, starts, chart, True, TOLERANCE, steps)
+    finite = np.isfinite(found.cost) & np.isfinite(found.state).all(axis=1)
+    return found.state, np.where(finite, found.cost, np.inf)

@@ -16,6 +16,8 @@ does not depend on the runs beside it.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from . import status as words
@@ -27,6 +29,33 @@ LEAST_DAMPING = 1e-8
 MOST_DAMPING = 1e10
 FAR = 1e9  # metres: an estimate beyond this is on its way to infinity
 RIDGE = 1e-14  # on a unit diagonal: an exactly singular matrix must not stop the whole block
+
+
+class Outcome(NamedTuple):
+    """Where the steps of runs ended: ``state (runs, n)``, ``status``, ``iterations``, ``cost`` as in `Fit`.
+
+    ``volume`` is the determinant of the information at the last evaluation, scaled to a unit diagonal: one if
+    the components of the state are told independently, about zero if they cannot be told apart.
+    """
+
+    state: np.ndarray
+    status: np.ndarray
+    iterations: np.ndarray
+    cost: np.ndarray
+    volume: np.ndarray
+
+    @property
+    def converged(self):
+        return self.status == words.CONVERGED
+
+    def of(self, runs):
+        """The outcome of some of the runs."""
+        return Outcome(*(part[runs] for part in self))
+
+    def put(self, runs, other):
+        """Put another outcome in the places of some runs."""
+        for part, new in zip(self, other, strict=True):
+            part[runs] = new
 
 
 def repeat_for_runs(scenario, runs):
@@ -51,20 +80,11 @@ def minimise_in_blocks(scenario, angles, start, *settings):
         minimise(repeated, angles[i : i + block], start[i : i + block], *settings)
         for i in range(0, len(angles), block)
     ]
-    return [np.concatenate(column) for column in zip(*parts, strict=True)]
+    return Outcome(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
 def minimise(blocks, angles, start, chart, safeguard, tolerance, max_iterations):
-    """`fit` for a two-dimensional block of runs.
-
-    Returns
-    -------
-    state, status, iterations, cost
-        As in `Fit`.
-    volume : ndarray, shape (runs,)
-        Determinant of the information at the last evaluation, scaled to a unit diagonal: one if the
-        components are told independently, about zero if they cannot be told apart.
-    """
+    """The `Outcome` of a two-dimensional block of runs."""
     runs, n = start.shape
     state = np.full((runs, n), np.nan)
     status = np.full(runs, words.NOT_FINITE, dtype=f"<U{words.WIDTH}")
@@ -119,7 +139,7 @@ def minimise(blocks, angles, start, chart, safeguard, tolerance, max_iterations)
             active, best, best_cost, damping, matrix, slope, step = (row[going] for row in rows)
         trial = best + step
     finish(np.ones(len(active), dtype=bool), words.ITERATION_LIMIT, best)
-    return state, status, iterations, cost, volume
+    return Outcome(state, status, iterations, cost, volume)
 
 
 def _normal_equations(blocks, measured, point, chart):

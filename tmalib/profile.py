@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .batch import fit
+from .batch import fit, without_gaps
 from .charts import Cartesian, chart_of
 from .levenberg_marquardt import minimise_in_blocks
 from .uniform import moving_pairs
@@ -65,12 +65,10 @@ def lowest_of(scenario, angles, starts, chart):
     """
     count, runs, n = starts.shape
     many = np.broadcast_to(angles, (count, *angles.shape)).reshape(count * runs, -1)
-    state, _, _, cost, _ = minimise_in_blocks(
-        scenario, many, starts.reshape(-1, n), chart, True, TOLERANCE, PASSES
-    )
-    cost = np.where(np.isfinite(cost), cost, np.inf).reshape(count, runs)
+    found = minimise_in_blocks(scenario, many, starts.reshape(-1, n), chart, True, TOLERANCE, PASSES)
+    cost = np.where(np.isfinite(found.cost), found.cost, np.inf).reshape(count, runs)
     best = np.argmin(cost, axis=0), np.arange(runs)
-    return state.reshape(starts.shape)[best], cost[best]
+    return found.state.reshape(starts.shape)[best], cost[best]
 
 
 def starts_at(scenario, state, position):
@@ -157,8 +155,11 @@ def profile_criterion(scenario, angles, position, start=None):
         np.broadcast_to(part, (*shape, part.shape[-1])).reshape(-1, part.shape[-1])
         for part in (found.measured, found.state, position)
     ]
-    state, held = criterion_at(scenario, *rows)
-    _, free = lowest_of(scenario, rows[0], state[None], chart_of(scenario))
-    lowest = np.fmin(free, np.broadcast_to(found.cost, shape).ravel())
-    with np.errstate(invalid="ignore"):
-        return (held - lowest).reshape(shape)[()]
+    cost, profile = np.broadcast_to(found.cost, shape).ravel(), np.full(np.prod(shape, dtype=int), np.nan)
+    for rest, there, runs in without_gaps(scenario, rows[0]):
+        measured, state, place = (row[runs] for row in rows)
+        state, held = criterion_at(rest, measured[:, there], state, place)
+        _, free = lowest_of(rest, measured[:, there], state[None], chart_of(rest))
+        with np.errstate(invalid="ignore"):
+            profile[runs] = held - np.fmin(free, cost[runs])
+    return profile.reshape(shape)[()]

@@ -12,7 +12,7 @@ found, `tmalib.pieces` says.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -139,6 +139,8 @@ def confidence_region(fit, probability=0.9, nearest=None):
     count = int(np.isfinite(fit.measured).sum())
     if count < len(fit.state):
         raise ValueError(f"a region needs {len(fit.state)} measurements, one an unknown, got {count}")
+    there = ~np.isnan(fit.measured)
+    fit = replace(fit, scenario=fit.scenario.keep(there), measured=fit.measured[there])
     search = _search(fit, nearest)
     seeds, cost = search.seeds(fit.state)
     level = -2 * np.log1p(-probability)

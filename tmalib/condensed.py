@@ -1,0 +1,121 @@
+"""Fewer values that tell nearly as much as all the bearings.
+
+*Lines.* Successive bearings of a sensor are replaced by two values of the straight line through them, at the
+mean of their times plus and minus the standard deviation s of these: ``mean +- s slope``. For m bearings of
+standard deviation sigma both have ``sigma sqrt(2 / m)`` and are not correlated, and a bearing that changes as
+a parabola in time has the mean of its two values as its own mean.
+
+*Means* of successive values at the mean of their times are fewer still.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .bearings import wrap
+from .scenario import Scenario
+
+GROUPS = range(30, 45)  # numbers of groups of a sensor's bearings, two values each
+LEAST = 8  # bearings in a group
+COARSE = 30  # means of a sensor, or up to twice as many
+
+
+class Lines:
+    """Two values of the line through each of some groups of successive bearings, and their ``sensor``."""
+
+    def __init__(self, sensor, groups):
+        count = len(sensor)
+        self.first = np.arange(groups) * count // groups
+        self.size = np.diff(self.first, append=count)
+        mean = np.add.reduceat(sensor.times, self.first) / self.size
+        self.away = sensor.times - np.repeat(mean, self.size)
+        spread = np.sqrt(np.add.reduceat(self.away**2, self.first) / self.size)
+        self.spread = np.where(spread > 0, spread, 1.0)  # bearings of one time have no slope
+        times = np.stack([mean - self.spread, mean + self.spread], axis=-1).ravel()
+        self.sensor = replace(sensor, times=times, sigma=sensor.sigma * np.sqrt(2 * groups / count))
+
+    def of(self, angles):
+        """Values ``(runs, 2 groups)`` of bearings ``(runs, N)``."""
+        start = angles[:, self.first]  # the first of each group, so that no difference wraps
+        offset = angles - np.repeat(start, self.size, axis=1)
+        if not (offset.max() <= np.pi and offset.min() >= -np.pi):
+            offset = wrap(offset)
+        middle = start + np.add.reduceat(offset, self.first, axis=1) / self.size
+        offset *= self.away
+        tilt = np.add.reduceat(offset, self.first, axis=1) / (self.size * self.spread)
+        return np.stack([middle - tilt, middle + tilt], axis=-1).reshape(len(angles), -1)
+
+
+class Means:
+    """Means of some successive bearings, and their ``sensor``; a rest that makes no mean is left out."""
+
+    def __init__(self, sensor, together):
+        self.shape = len(sensor) // together, together
+        self.sensor = replace(
+            sensor, times=self._grouped(sensor.times).mean(axis=1), sigma=self._sigma(sensor)
+        )
+
+    def _grouped(self, values):
+        return values[: np.prod(self.shape)].reshape(self.shape)
+
+    def _sigma(self, sensor):
+        """That of a mean."""
+        if np.ndim(sensor.sigma):
+            return np.linalg.norm(self._grouped(sensor.sigma), axis=1) / self.shape[1]
+        return sensor.sigma / np.sqrt(self.shape[1])
+
+    def of(self, angles):
+        """Means ``(runs, N')`` of bearings ``(runs, N)``."""
+        parts = angles[:, : np.prod(self.shape)].reshape(len(angles), *self.shape)
+        start = parts[..., 0]
+        offset = sum(wrap(parts[..., i] - start) for i in range(1, self.shape[1]))
+        return start + offset / self.shape[1]
+
+
+def lines(sensor):
+    """`Lines` of a sensor, or the sensor as it is if it has few bearings, or a sigma for each.
+
+    All values share one standard deviation, so the number of groups is the one of `GROUPS` that divides the
+    bearings best; groups differ by one bearing at most.
+    """
+    groups = min(GROUPS, key=lambda groups: len(sensor) % groups)
+    many = len(sensor) >= LEAST * groups and not np.ndim(sensor.sigma)
+    return Lines(sensor, groups) if many else unchanged(sensor)
+
+
+def means(sensor):
+    """`Means` of a sensor, at least `COARSE` if it has so many."""
+    return Means(sensor, max(1, len(sensor) // COARSE))
+
+
+def unchanged(sensor):
+    """The sensor as it is."""
+    return Means(sensor, 1)
+
+
+class Condensed:
+    """The sensors of bearings of a scenario, each made into fewer values, as a ``scenario`` without a target.
+
+    ``make`` is `lines`, `means` or `unchanged`. ``same`` tells whether these are all the measurements of
+    the scenario, as they are. `ValueError` for a scenario without bearings.
+    """
+
+    def __init__(self, scenario, make):
+        blocks = [block for block in scenario.blocks if getattr(block.sensor.model, "is_bearing", False)]
+        if not blocks:
+            names = [sensor.name for sensor in scenario.sensors]
+            raise ValueError(
+                f"a fit without a start needs a sensor that measures bearings, got {names}; give one"
+            )
+        self.parts = [(block.columns, make(block.sensor)) for block in blocks]
+        sensors = [made.sensor for _, made in self.parts]
+        self.scenario = Scenario(scenario.platform, sensors, scenario.reference_time)
+        self.same = len(self.scenario.times) == len(scenario.times)
+
+    def of(self, angles):
+        """Values ``(runs, N')`` of measurements ``(runs, N)``."""
+        if self.same:
+            return angles
+        return np.concatenate([made.of(angles[:, columns]) for columns, made in self.parts], axis=1)
