@@ -68,7 +68,7 @@ lock: $(ENV)  ## compile environment.in into environment.txt; UPGRADE=--upgrade 
 	  $(UPGRADE) --custom-compile-command "make lock" environment.in -o environment.txt
 
 # Chapters are executed here and nowhere else, and only those whose code, imports, ledger or lock have changed:
-# the book's own cache would not notice a change in tmalib, and a change of prose needs no execution.
+# a change of prose needs no execution.
 notebooks: $(ENV)  ## execute the chapters whose code has changed
 	@echo "==> Executing chapters"
 	@mkdir -p build/config/ipython
@@ -82,15 +82,13 @@ notebooks: $(ENV)  ## execute the chapters whose code has changed
 claims: notebooks  ## judge every printed value: build/claims.json
 	@echo "==> Collecting the claims"
 	$(BIN)/python tools/build.py judge
-	$(BIN)/python tools/build.py export
 
 book: claims  ## the book, built and checked: build/html/book/intro.html
 	@echo "==> Building the book"
-	$(BIN)/python tools/build.py prose
+	$(BIN)/python tools/build.py check
 	@rm -rf build/site
 	$(BIN)/jupyter-book build . --config book/_config.yml --toc book/_toc.yml --path-output build/site \
 	  -W -n --keep-going 2>&1 | tee build/book.log
-	$(BIN)/python tools/build.py cached
 	@from=$$($(BIN)/python -c 'from importlib.metadata import files; \
 	  print(*(f.locate().parent for f in files("sphinx-mathjax-offline") if f.name == "tex-chtml-full.js"))'); \
 	  to=build/site/_build/html/_static/mathjax; mkdir -p $$to/output/chtml/fonts; \

@@ -8,6 +8,7 @@ from random_scenarios import FAMILIES, best_of_scipy, nearest, random_scenario
 
 import tmalib as tma
 from tmalib import condensed, pseudolinear, starts
+from tmalib.levenberg_marquardt import Outcome
 
 
 def lost(found, best):

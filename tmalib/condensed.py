@@ -53,9 +53,8 @@ class Means:
 
     def __init__(self, sensor, together):
         self.shape = len(sensor) // together, together
-        self.sensor = replace(
-            sensor, times=self._grouped(sensor.times).mean(axis=1), sigma=self._sigma(sensor)
-        )
+        times = self._grouped(sensor.times).mean(axis=1)
+        self.sensor = replace(sensor, times=times, sigma=self._sigma(sensor))
 
     def _grouped(self, values):
         return values[: np.prod(self.shape)].reshape(self.shape)

@@ -3,11 +3,9 @@
 Usage: build.py STEP, from the root of the repository
 
 stale    copy the chapters that must be executed to build/executing; print which
-keep     take over what was executed, with today's prose, and fill the cache from which the book takes outputs
-judge    collect the claims, refuse an incomplete ledger, write build/claims.json, print the score
-export   every figure and table: build/figures
-prose    check that the sentences take their verdicts and numbers from the ledger and the cells
-cached   check in build/book.log that the book executed no chapter again
+keep     take over what was executed, with today's prose
+judge    collect the claims, refuse an incomplete ledger; write build/claims.json and build/figures
+check    check that the sentences take their verdicts and numbers from the ledger and the cells
 """
 
 import sys
@@ -16,7 +14,7 @@ from pathlib import Path
 from tmalib.judging import chapters, collect, export, prose, read_papers
 
 SOURCES, LOCK, BUILD = Path("notebooks"), Path("environment.txt"), Path("build")
-EXECUTED, EXECUTING, CLAIMS = BUILD / "executed", BUILD / "executing", BUILD / "claims.json"
+EXECUTED, EXECUTING = BUILD / "executed", BUILD / "executing"
 
 
 def stale() -> None:
@@ -25,23 +23,18 @@ def stale() -> None:
 
 
 def keep() -> list[str]:
-    found = chapters.keep(SOURCES, EXECUTED, EXECUTING)
-    return found or chapters.fill_cache(EXECUTED, BUILD / ".jupyter_cache")
+    return [*map(" ".join, chapters.keep(SOURCES, EXECUTED, EXECUTING, LOCK).items())]
 
 
 def judge() -> list[str]:
     papers = read_papers()
-    claims = collect.in_order(collect.over_all(collect.claims_in, EXECUTED), papers)
+    claims = collect.all_claims(EXECUTED, papers)
     if not (found := collect.problems(claims, papers)):
-        collect.write_claims(claims, CLAIMS)
+        collect.write_claims(claims, BUILD / "claims.json")
         print(*collect.score(claims, papers), sep="\n")
+        files = export.write_figures(EXECUTED, claims, papers, "pyproject.toml", BUILD / "figures")
+        print(f"{files} files of figures and tables in {BUILD / 'figures'}")
     return found
-
-
-def write() -> None:
-    claims, target = collect.read_claims(CLAIMS), BUILD / "figures"
-    drawn, tables = export.write_figures(EXECUTED, claims, read_papers(), "pyproject.toml", target)
-    print(f"{drawn} figures and {tables} tables in {target}")
 
 
 def check() -> list[str]:
@@ -51,13 +44,7 @@ def check() -> list[str]:
     return prose.wrong_verdicts(pages) + prose.wrong_numbers(pages, SOURCES, made)
 
 
-def cached() -> list[str]:
-    taken = (BUILD / "book.log").read_text(encoding="utf-8").count("Using cached notebook")
-    wanted = len(chapters.notebooks_in(SOURCES))
-    return [] if taken == wanted else [f"the book took the outputs of {taken} chapters, not of {wanted}"]
-
-
-STEPS = {"stale": stale, "keep": keep, "judge": judge, "export": write, "prose": check, "cached": cached}
+STEPS = {step.__name__: step for step in (stale, keep, judge, check)}
 
 if __name__ == "__main__":
     if len(sys.argv) != 2 or sys.argv[1] not in STEPS:

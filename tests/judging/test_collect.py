@@ -4,7 +4,7 @@ from dataclasses import asdict, replace
 
 import pytest
 from nbformat import v4
-from toy_paper import notebook
+from toy_paper import notebook, write_notebook
 
 from tmalib import Source
 from tmalib.judging import Claim, chapter, collect, read_paper, read_papers, verdict
@@ -50,8 +50,9 @@ def test_wrong_claims_are_refused(wrong, message):
 
 def test_claims_are_read_from_outputs_in_the_order_of_the_ledger(tmp_path):
     rows = [asdict(c) for c in complete()[:2]]
-    made = notebook("first", ("table", [v4.new_output("display_data", {verdict.CLAIMS: rows[::-1]})]))
-    found = collect.in_order(collect.claims_in("emw/chapter.ipynb", made), EMW)
+    cells = ("first", ("table", [v4.new_output("display_data", {verdict.CLAIMS: rows[::-1]})]))
+    write_notebook(tmp_path / "executed/emw/chapter.ipynb", *cells)
+    found = collect.all_claims(tmp_path / "executed", EMW)
     assert [(c.key, c.notebook, c.cell) for c in found] == [
         (row.key, "emw/chapter.ipynb", 1) for row in ROWS[:2]
     ]

@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 
 import pytest
+from docutils.nodes import make_id
 
 from tmalib.judging import collect, export, read_papers
 from tmalib.judging.paper import Printed
@@ -32,7 +33,7 @@ def fresh(tmp_path_factory):
     if not EXECUTED.is_dir():
         pytest.skip("no executed chapters: run `make notebooks` first")
     folder, papers = tmp_path_factory.mktemp("export") / "figures", read_papers()
-    claims = collect.in_order(collect.over_all(collect.claims_in, EXECUTED), papers)
+    claims = collect.all_claims(EXECUTED, papers)
     export.write_figures(EXECUTED, claims, papers, ROOT / "pyproject.toml", folder)
     return folder
 
@@ -51,7 +52,7 @@ def test_the_index_names_every_file_once(fresh):
 def test_figures_and_tables_name_what_made_them(fresh):
     """Every table with a Monte-Carlo number names its runs."""
     random = {
-        f"{row.paper}/{export.file_name(row.table)}"
+        f"{row.paper}/{make_id(row.table)}"
         for paper in read_papers().values()
         for row in paper.ledger.values()
         if row.kind == "monte-carlo"

@@ -5,44 +5,37 @@ from types import SimpleNamespace
 import pytest
 
 from tmalib.judging import NOT_REPRODUCED, REPRODUCED
-from tmalib.judging.book import roles, score
+from tmalib.judging.book import ledger, roles, tables
 
 
-def role(kind, text, monkeypatch):
+def role(find, text, monkeypatch):
     """What a role writes for a small ledger."""
     small = {("p", "T", "x", "a"): REPRODUCED, ("p", "T", "y", "a"): NOT_REPRODUCED}
     claims = [SimpleNamespace(key=key, verdict=word) for key, word in small.items()]
-    monkeypatch.setattr(roles, "load_claims", lambda env: claims)
-    monkeypatch.setattr(kind, "env", None, raising=False)
-    instance = kind()
-    instance.text = instance.title = instance.target = text
-    words, _, key = text.partition(" <")
-    instance.has_explicit_title = bool(key)
-    if key:
-        instance.title, instance.target = words, key.rstrip(">")
-    return instance.text_for()
+    monkeypatch.setattr(ledger, "read_claims", lambda path: claims)
+    return find(SimpleNamespace(srcdir="book"), text)
 
 
 def test_a_false_verdict_in_a_sentence_is_refused(monkeypatch):
-    assert role(roles.VerdictRole, "reproduced <p; T; x; a>", monkeypatch) == "reproduced"
-    assert role(roles.VerdictRole, "p; T; y; a", monkeypatch) == "not reproduced"
+    assert role(roles.verdict, "reproduced <p; T; x; a>", monkeypatch) == "reproduced"
+    assert role(roles.verdict, "p; T; y; a", monkeypatch) == "not reproduced"
     for false in ("reproduced <p; T; y; a>", "reproduced <p; T>", "p; T"):
         with pytest.raises(ValueError, match=r"the sentence says"):
-            role(roles.VerdictRole, false, monkeypatch)
+            role(roles.verdict, false, monkeypatch)
     with pytest.raises(ValueError, match="nothing is judged"):
-        role(roles.VerdictRole, "reproduced <p; T; z; a>", monkeypatch)
+        role(roles.verdict, "reproduced <p; T; z; a>", monkeypatch)
 
 
 def test_counts_come_from_the_ledger(monkeypatch):
-    assert role(roles.CountRole, "p; T", monkeypatch) == "2"
-    assert role(roles.CountRole, "p; T; not reproduced", monkeypatch) == "1 not reproduced"
-    assert role(roles.CountRole, "p; inconclusive", monkeypatch) == "0 inconclusive"
+    assert role(roles.count, "p; T", monkeypatch) == "2"
+    assert role(roles.count, "p; T; not reproduced", monkeypatch) == "1 not reproduced"
+    assert role(roles.count, "p; inconclusive", monkeypatch) == "0 inconclusive"
     with pytest.raises(ValueError, match="nothing is judged"):
-        role(roles.CountRole, "p; T 2; reproduced", monkeypatch)
+        role(roles.count, "p; T 2; reproduced", monkeypatch)
 
 
 def test_a_bar_is_as_long_as_its_number():
-    html = score.bar([(REPRODUCED, 3), (NOT_REPRODUCED, 1)])
+    html = tables.bar({REPRODUCED: 3, NOT_REPRODUCED: 1})
     assert "flex-grow: 3" in html
     assert "3 reproduced" in html
     assert "1 not reproduced" in html

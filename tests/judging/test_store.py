@@ -10,7 +10,6 @@ import pytest
 
 import tmalib as tma
 from tmalib.judging import code, stored_runs
-from tmalib.judging.store import RunStore
 from tmalib.papers.conical_angles import experiments
 
 ROOT = Path(__file__).parents[2]
@@ -18,23 +17,28 @@ STREAM = tma.Stream("test", 9)
 TASK = partial(experiments.two_rays, bottom_depth=2000.0)
 
 
-def test_stored_runs_are_the_computed_ones(tmp_path):
+@pytest.fixture
+def store(tmp_path, monkeypatch):
+    """The folder of the store."""
+    monkeypatch.setenv("TMALIB_RUNS", str(tmp_path / "runs"))
+    return tmp_path / "runs"
+
+
+def test_stored_runs_are_the_computed_ones(store):
     fresh = tma.monte_carlo(TASK, 12, STREAM)
-    store = RunStore(tmp_path)
     for _ in range(2):
-        found = store.monte_carlo(TASK, 12, STREAM)
+        found = stored_runs(TASK, 12, STREAM)
         assert found.source == fresh.source
         assert set(found) == set(fresh)
         for name, values in fresh.items():
             np.testing.assert_array_equal(found[name], values)
-    assert len(list(tmp_path.glob("*.npz"))) == 1
+    assert len(list(store.glob("*.npz"))) == 1
 
 
-def test_the_second_time_nothing_is_computed(tmp_path, monkeypatch):
-    store = RunStore(tmp_path)
-    first = store.monte_carlo(TASK, 5, STREAM)["state"]
-    monkeypatch.setattr("tmalib.judging.store.monte_carlo", None)
-    np.testing.assert_array_equal(store.monte_carlo(TASK, 5, STREAM)["state"], first)
+def test_the_second_time_nothing_is_computed(store, monkeypatch):
+    first = stored_runs(TASK, 5, STREAM)["state"]
+    monkeypatch.setattr("tmalib.judging.chapter.monte_carlo", None)
+    np.testing.assert_array_equal(stored_runs(TASK, 5, STREAM)["state"], first)
 
 
 @pytest.mark.parametrize(
@@ -47,29 +51,27 @@ def test_the_second_time_nothing_is_computed(tmp_path, monkeypatch):
         (TASK, 5, STREAM, 2017),
     ],
 )
-def test_other_runs_have_another_name(tmp_path, task, runs, stream, seed):
-    store = RunStore(tmp_path)
-    store.monte_carlo(TASK, 5, STREAM)
-    store.monte_carlo(task, runs, stream, seed=seed)
-    assert len(list(tmp_path.glob("*.npz"))) == 2
+def test_other_runs_have_another_name(store, task, runs, stream, seed):
+    stored_runs(TASK, 5, STREAM)
+    stored_runs(task, runs, stream, seed=seed)
+    assert len(list(store.glob("*.npz"))) == 2
 
 
 PROGRAM = """
 from functools import partial
 import tmalib
-from tmalib.judging.store import RunStore
+from tmalib.judging import stored_runs
 from tmalib.papers.conical_angles import experiments
 task = partial(experiments.two_rays, bottom_depth=2000.0)
-print(tmalib.__file__, RunStore({store!r}).monte_carlo(task, 4, "test")["cost"].sum())
+print(tmalib.__file__, stored_runs(task, 4, "test")["cost"].sum())
 """
 
 
 def run_copy(copy, store):
     """What the library in a copy finds, through its store."""
-    program = PROGRAM.format(store=str(store))
     done = subprocess.run(
-        [sys.executable, "-c", program],
-        env={"PYTHONPATH": str(copy)},
+        [sys.executable, "-c", PROGRAM],
+        env={"PYTHONPATH": str(copy), "TMALIB_RUNS": str(store)},
         cwd=copy,
         capture_output=True,
         text=True,
@@ -105,12 +107,12 @@ def test_a_line_that_the_task_does_not_use_changes_nothing(tmp_path, copy_of_lib
     assert len(list(store.glob("*.npz"))) == 1
 
 
-def test_only_tasks_of_modules_are_stored(tmp_path):
+def test_only_tasks_of_modules_are_stored(store):
     def task(seed, runs):
         return {"x": np.zeros(runs)}
 
     with pytest.raises(ValueError, match="only a task of a module"):
-        RunStore(tmp_path).monte_carlo(task, 3, "test")
+        stored_runs(task, 3, "test")
 
 
 def test_without_a_folder_nothing_is_stored(tmp_path, monkeypatch):

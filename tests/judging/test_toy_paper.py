@@ -107,7 +107,7 @@ def project(tmp_path_factory):
     run(project, sys.executable, "tools/build.py", "stale")
     run(project, sys.executable, "-m", "pytest", "-q", "--nbmake", "--overwrite", "-p", "no:cacheprovider",
         "-W", "default", "build/executing")  # fmt: skip
-    for step in ("keep", "judge", "export", "prose"):
+    for step in ("keep", "judge", "check"):
         (project / f"{step}.txt").write_text(run(project, sys.executable, "tools/build.py", step))
     jupyter_book = Path(sys.executable).parent / "jupyter-book"
     run(project, jupyter_book, "build", ".", "--config", "book/_config.yml", "--toc", "book/_toc.yml",
@@ -121,7 +121,7 @@ def page(project, name):
 
 
 def test_it_is_judged(project):
-    assert (project / "judge.txt").read_text() == "toy: 3 of 3 judged (3 reproduced)\n"
+    assert (project / "judge.txt").read_text().startswith("toy: 3 of 3 judged (3 reproduced)\n")
 
 
 def test_the_front_page_has_its_score(project):

@@ -209,7 +209,6 @@ def test_verdicts_travel_as_json():
         (lambda: judged("std_mle", 340.0), "needs standard errors"),
         (lambda: judged("std_crlb", 340.0, at_least=0.0), "are for text rows"),
         (lambda: phrase(0.4), "are for text rows"),
-        (lambda: judging.sidak_limit(4, alpha=0.0), "alpha must be greater than 0"),
         (
             lambda: judging.judge(PAPER, TABLE, {("xT", "true"): judging.Ours(1.0)}).of("yT", "true"),
             "no claim on row",

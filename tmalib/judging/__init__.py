@@ -1,9 +1,6 @@
 """Judging: from a printed value and ours to a verdict, from executed notebooks to the book's tables.
 
-`paper` reads manifests and ledgers, `verdict` judges, `chapter` is what notebooks call; `store` keeps long
-runs, `code` says which files they and the chapters depend on; `chapters` executes what must be, `collect`
-reads what came out, `prose` checks the sentences, `export` and `deviations` write figures and tables, and
-`book` has the book's directives and roles. Nothing here knows a particular paper.
+Nothing here knows a particular paper. `tools/build.py` shows in which order the modules come.
 """
 
 # ruff: noqa: F401  these are the names for notebooks and papers

@@ -1,16 +1,25 @@
-"""What a chapter calls: numbers for its sentences, figures that say where they come from, stored runs."""
+"""What a chapter calls: numbers for its sentences, figures that say where they come from, stored runs.
 
+Runs are computed once, and used by every chapter that needs them. An entry of the store is a file named by a
+hash of the task, its arguments, the stream, the seed, the number of runs, the versions of Python and NumPy,
+and all code that the task uses (`tmalib.judging.code`): a stale one is never found. Writing is atomic, and
+two chapters that want the same runs at the same time make them once.
+"""
+
+import fcntl
 import os
+import platform
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
-from ..montecarlo import SEED, monte_carlo
-from .store import RunStore
+from ..montecarlo import SEED, Runs, Source, Stream, monte_carlo, task_name
+from .code import code_of_modules, hash_of
 
 SOURCES = "tmalib_sources"  # in the metadata of an output: what made the figure
-RUNS = "TMALIB_RUNS"  # variable of the environment: folder of the run store; without it nothing is stored
 
 
 def numbers(prefix, **values):
@@ -51,9 +60,29 @@ def show(*made_from):
 
 
 def stored_runs(task, runs, stream, *, seed=SEED):
-    """`tmalib.monte_carlo`, taken from the run store where the same code has already made them.
+    """`tmalib.monte_carlo`, from the store if the same code has made these runs before.
 
-    The store is the folder that the environment names in ``TMALIB_RUNS``, as the Makefile does.
+    The store is the folder that the environment names in ``TMALIB_RUNS``, as the Makefile does; without it
+    nothing is stored. `ValueError` for a task whose code cannot be read.
     """
-    folder = os.environ.get(RUNS)
-    return (RunStore(folder).monte_carlo if folder else monte_carlo)(task, runs, stream, seed=seed)
+    stream = stream if isinstance(stream, Stream) else Stream(stream)
+    if not (folder := os.environ.get("TMALIB_RUNS")):
+        return monte_carlo(task, runs, stream, seed=seed)
+    source = Source(task_name(task), stream.name, seed, runs)
+    path = Path(folder) / f"{_name_of(task, stream, source)}.npz"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with open(path.with_suffix(".lock"), "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # given back when the process ends, however it ends
+        if not path.is_file():
+            temporary = path.with_suffix(".tmp.npz")
+            np.savez(temporary, **monte_carlo(task, runs, stream, seed=seed))
+            temporary.replace(path)
+        with np.load(path, allow_pickle=False) as stored:
+            return Runs(stored, source)
+
+
+def _name_of(task, stream, source):
+    function = task.func if isinstance(task, partial) else task
+    if not (files := code_of_modules(function.__module__)):
+        raise ValueError(f"only a task of a module of this project can be stored, got {source.task}")
+    return hash_of(files, repr(source), repr(stream), platform.python_version(), np.__version__)

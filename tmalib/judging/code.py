@@ -13,7 +13,6 @@ from pathlib import Path
 import grimp
 
 PACKAGE = Path(__file__).parent.parent  # the folder of tmalib
-DATA = (".toml", ".csv")
 
 
 @cache
@@ -22,11 +21,17 @@ def import_graph():
     return grimp.build_graph(PACKAGE.name, cache_dir=None)
 
 
+def data_in(folder):
+    """Manifest and ledger, or other data, in a folder."""
+    return [*folder.glob("*.toml"), *folder.glob("*.csv")]
+
+
 def code_of_modules(*names):
     """Files that modules of tmalib use, themselves included; names of other modules do not count."""
     modules = {name for name in names if name in import_graph().modules}
     modules |= {used for name in modules for used in import_graph().find_upstream_modules(name)}
-    return {file for name in modules for file in [_file_of(name), *_data_beside(name)]}
+    files = {_file_of(name) for name in modules}
+    return files.union(*(data_in(file.parent) for file in files))
 
 
 def _file_of(module):
@@ -38,19 +43,15 @@ def _is_package(module):
     return module in import_graph().modules and _file_of(module).name == "__init__.py"
 
 
-def _data_beside(module):
-    return [file for file in _file_of(module).parent.iterdir() if file.suffix in DATA]
-
-
 @cache
 def _passed_on(package):
     """The names that a package's own file imports, each with the module that has it."""
-    nodes = [n for n in ast.parse(_file_of(package).read_text("utf-8")).body if isinstance(n, ast.ImportFrom)]
-    found = {}
-    for node in nodes:
-        module = ".".join(filter(None, (package, node.module)))
-        found |= {alias.asname or alias.name: module_of(module, alias.name) for alias in node.names}
-    return found
+    return {
+        alias.asname or alias.name: module_of(".".join(filter(None, (package, node.module))), alias.name)
+        for node in ast.parse(_file_of(package).read_text("utf-8")).body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
 
 
 def module_of(module, name):
@@ -62,36 +63,25 @@ def module_of(module, name):
 
 def code_of_source(source):
     """Files that a text of Python uses: modules that it imports, and what it names of packages."""
-    tree, bound, found = ast.parse(source), {}, set()
+    tree, packages, found = ast.parse(source), {}, set()
     for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            bound |= {alias.asname or alias.name: alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            package = getattr(node, "module", None)
             for alias in node.names:
-                module = module_of(node.module, alias.name)
-                if module == f"{node.module}.{alias.name}":
-                    bound[alias.asname or alias.name] = module
+                path = f"{package}.{alias.name}" if package else alias.name
+                if _is_package(path):
+                    packages[alias.asname or alias.name] = path
                 else:
-                    found.add(module)
-    packages = {name: module for name, module in bound.items() if _is_package(module)}
-    found |= set(bound.values()) - set(packages.values())
-    inside = {id(n.value): n.attr for n in ast.walk(tree) if isinstance(n, ast.Attribute)}
+                    found.add(module_of(package, alias.name) if package else path)
+    attributes = {id(node.value): node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
     for node in ast.walk(tree):
         if isinstance(node, ast.Name) and node.id in packages:
-            module = packages[node.id]
-            found.add(module_of(module, inside[id(node)]) if id(node) in inside else module)
+            found.add(module_of(packages[node.id], attributes.get(id(node), "")))
     return code_of_modules(*found)
 
 
 def hash_of(files, *texts):
     """A hash of the contents of files, of Python code its syntax tree, and of further texts."""
-    digest = hashlib.sha256()
-    for part in [*map(_content, sorted(files)), *(text.encode() for text in texts)]:
-        digest.update(len(part).to_bytes(8))
-        digest.update(part)
-    return digest.hexdigest()
-
-
-def _content(path):
-    content = path.read_bytes()
-    return ast.dump(ast.parse(content)).encode() if path.suffix == ".py" else content
+    contents = {path: path.read_bytes() for path in sorted(files)}
+    parts = [ast.dump(ast.parse(text)) if path.suffix == ".py" else text for path, text in contents.items()]
+    return hashlib.sha256(repr((parts, texts)).encode()).hexdigest()

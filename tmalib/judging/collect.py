@@ -2,15 +2,13 @@
 
 import json
 from collections import Counter
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from ..montecarlo import Source
 from .chapter import SOURCES
 from .chapters import notebooks_in, read
 from .verdict import CLAIMS, SYMBOLS, Claim
-
-GLUE = "application/papermill.record/"  # how myst-nb's glue marks an output
 
 
 @dataclass(frozen=True)
@@ -19,61 +17,64 @@ class Origin:
 
     notebook: str
     cell: int
+    figure: str  # its label; empty for a table
+    paper: str  # empty for a figure
+    table: str
     sources: tuple
-    figure: str = ""
-    paper: str = ""
-    table: str = ""
 
 
-def outputs_of(notebook):
-    """Index of the cell, and every output of it that has data."""
-    cells = enumerate(notebook.cells)
-    return [(index, o) for index, cell in cells for o in cell.get("outputs", []) if "data" in o]
+def outputs_of(cell):
+    """The outputs of a cell that have data."""
+    return [output for output in cell.get("outputs", []) if "data" in output]
 
 
 def claims_in(name, notebook):
     """The claims of a notebook, each with the notebook's name and its cell."""
-    rows = [(row, index) for index, output in outputs_of(notebook) for row in output.data.get(CLAIMS, [])]
-    return [replace(Claim(**row), notebook=name, cell=index) for row, index in rows]
-
-
-def figure_name(cell):
-    """Label of the captioned figure that a cell shows, or an empty text."""
-    return cell.metadata.get("mystnb", {}).get("figure", {}).get("name", "")
+    return [
+        Claim(**row | {"notebook": name, "cell": index})
+        for index, cell in enumerate(notebook.cells)
+        for output in outputs_of(cell)
+        for row in output.data.get(CLAIMS, [])
+    ]
 
 
 def origins_in(name, notebook):
     """The `Origin` of every captioned figure and every judged table of a notebook."""
-    runs = {}
-    for index, output in outputs_of(notebook):
-        runs.setdefault(index, []).extend(Source(**row) for row in output.metadata.get(SOURCES, []))
-    figures = [(index, figure_name(cell)) for index, cell in enumerate(notebook.cells)]
-    found = [Origin(name, i, tuple(runs.get(i, ())), figure=figure) for i, figure in figures if figure]
-    tables = {}
+    found = {}
+    for index, cell in enumerate(notebook.cells):
+        if figure := cell.metadata.get("mystnb", {}).get("figure", {}).get("name"):
+            rows = [row for output in outputs_of(cell) for row in output.metadata.get(SOURCES, [])]
+            found[index, figure, "", ""] = dict.fromkeys(Source(**row) for row in rows)
     for claim in claims_in(name, notebook):
-        tables.setdefault((claim.cell, claim.paper, claim.table), {}).update(dict.fromkeys(claim.sources))
-    return found + [Origin(name, i, tuple(of), paper=p, table=t) for (i, p, t), of in tables.items()]
+        found.setdefault((claim.cell, "", claim.paper, claim.table), {}).update(dict.fromkeys(claim.sources))
+    return [Origin(name, *what, tuple(sources)) for what, sources in found.items()]
 
 
 def numbers_in(notebook):
     """Keys of the numbers that a notebook makes known."""
-    outputs = [output for _, output in outputs_of(notebook)]
-    return {o.metadata["scrapbook"]["name"] for o in outputs if any(k.startswith(GLUE) for k in o.data)}
+    outputs = [output for cell in notebook.cells for output in outputs_of(cell)]
+    return {output.metadata.scrapbook.name for output in outputs if "scrapbook" in output.metadata}
 
 
-def over_all(function, executed):
-    """The results of ``function(name, notebook)`` for all executed notebooks, in one list."""
-    return [found for name, path in notebooks_in(executed).items() for found in function(name, read(path))]
+def all_claims(executed, papers):
+    """The claims of all executed notebooks in the order of the ledgers; unknown ones last."""
+    claims = [c for name, path in notebooks_in(executed).items() for c in claims_in(name, read(path))]
+    place = {key: number for number, key in enumerate(ledger_of(papers))}
+    return sorted(claims, key=lambda claim: place.get(claim.key, len(place)))
+
+
+def ledger_of(papers):
+    """The rows of all ledgers by their keys."""
+    return {row.key: row for paper in papers.values() for row in paper.ledger.values()}
 
 
 def problems(claims, papers):
     """What is wrong with the claims, a line each: every row of every ledger has exactly one verdict."""
-    rows = {row.key: row for paper in papers.values() for row in paper.ledger.values()}
-    counts = Counter(claim.key for claim in claims)
+    rows, counts = ledger_of(papers), Counter(claim.key for claim in claims)
     found = [f"unjudged: {' | '.join(key)}" for key in rows if not counts[key]]
     found += [f"judged {n} times: {' | '.join(key)}" for key, n in counts.items() if n > 1]
     for claim in claims:
-        where = f"{' | '.join(claim.key)} ({claim.notebook})"
+        where = f"{claim} ({claim.notebook})"
         if claim.key not in rows:
             found.append(f"not a published value: {where}")
         elif claim.printed != rows[claim.key].printed:
@@ -81,13 +82,6 @@ def problems(claims, papers):
         if claim.verdict not in SYMBOLS:
             found.append(f"unknown verdict {claim.verdict!r}: {where}")
     return found
-
-
-def in_order(claims, papers):
-    """The claims in the order of the ledgers; unknown ones last."""
-    order = [row.key for paper in papers.values() for row in paper.ledger.values()]
-    place = {key: number for number, key in enumerate(order)}
-    return sorted(claims, key=lambda claim: place.get(claim.key, len(place)))
 
 
 def score(claims, papers):
@@ -99,11 +93,9 @@ def score(claims, papers):
 
 
 def write_claims(claims, path):
-    """Write claims as a list of objects, at once."""
+    """Write claims as a list of objects."""
     text = json.dumps([asdict(row) for row in claims], indent=1, ensure_ascii=False, allow_nan=False)
-    temporary = Path(path).with_suffix(".tmp")
-    temporary.write_text(text + "\n", encoding="utf-8")
-    temporary.replace(path)
+    Path(path).write_text(text + "\n", encoding="utf-8")
 
 
 def read_claims(path):

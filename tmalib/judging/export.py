@@ -5,74 +5,58 @@ A figure is a cell with the metadata ``mystnb.figure.name``; the folder of its n
 
 import base64
 import csv
-import re
 import shutil
-from dataclasses import asdict
-from itertools import groupby
 from pathlib import Path
 
-from . import deviations, house
+from docutils.nodes import make_id
+
+from .. import figures
+from . import drawings
 from .chapters import notebooks_in, read
-from .collect import figure_name, origins_in, over_all
+from .collect import origins_in
 
 COLUMNS = ("row", "column", "printed", "ours", "se", "z", "verdict")
-INDEX = ("file", "notebook", "cell", "made_from")
 
 
 def write_figures(executed, claims, papers, pyproject, folder):
-    """Write all figures and tables anew; returns how many of each."""
+    """Write all figures and tables anew, and their index; returns how many files."""
     folder = Path(folder)
     shutil.rmtree(folder, ignore_errors=True)
-    figures, tables = export_figures(executed, folder), export_tables(claims, folder)
-    rows = []
-    for origin in over_all(origins_in, executed):
-        files = figures[origin.figure] if origin.figure else tables[origin.paper, origin.table]
-        made_from = "; ".join(map(str, origin.sources))
-        rows += [dict(file=f, notebook=origin.notebook, cell=origin.cell, made_from=made_from) for f in files]
-    stem = f"verdicts/{deviations.draw_deviations(claims, papers, folder / 'verdicts')}"
-    rows += [dict(file=f"{stem}.{kind}", notebook="all judged tables") for kind in ("svg", "pdf", "csv")]
-    stem = f"house/{house.draw_house(pyproject, folder / 'house')}"
-    rows += [dict(file=f"{stem}.{kind}", notebook="pyproject.toml") for kind in ("svg", "pdf")]
-    write_csv(folder / "index.csv", INDEX, sorted(rows, key=lambda row: row["file"]))
-    return len(figures) + 2, len(tables)
+    figures.save_figure(drawings.draw_house(pyproject), folder / "house/fig-house")
+    figures.save_figure(drawings.draw_deviations(claims, papers), folder / "verdicts/fig-verdicts-z")
+    write_csv(folder / "verdicts/fig-verdicts-z.csv", ("name", "value"), drawings.counts(claims).items())
+    index = [(f"house/fig-house.{kind}", "pyproject.toml", "", "") for kind in ("svg", "pdf")]
+    index += [(f"verdicts/fig-verdicts-z.{k}", "all judged tables", "", "") for k in ("svg", "pdf", "csv")]
+    for name, path in notebooks_in(executed).items():
+        notebook = read(path)
+        for origin in origins_in(name, notebook):
+            if origin.figure:
+                stem = f"{path.parent.name.replace('_', '-')}/{origin.figure}"
+                files = write_figure(notebook.cells[origin.cell], folder, stem)
+            else:
+                files = [f"{origin.paper}/{make_id(origin.table)}.csv"]
+                rows = [claim for claim in claims if claim.key[:2] == (origin.paper, origin.table)]
+                values = [[getattr(claim, column) for column in COLUMNS] for claim in rows]
+                write_csv(folder / files[0], COLUMNS, values)
+            made_from = "; ".join(map(str, origin.sources))
+            index += [(file, name, origin.cell, made_from) for file in files]
+    write_csv(folder / "index.csv", ("file", "notebook", "cell", "made_from"), sorted(index))
+    return len(index)
 
 
-def export_figures(executed, folder):
-    """The SVG and PDF of every captioned figure; returns the files of each by its label."""
-    files = {}
-    for path in notebooks_in(executed).values():
-        for cell in read(path).cells:
-            if not (name := figure_name(cell)):
-                continue
-            data = [o.data for o in cell.outputs if "image/svg+xml" in o.get("data", {})]
-            if len(data) != 1:
-                raise ValueError(f"{path}: the cell of {name} shows {len(data)} figures")
-            stem = f"{path.parent.name.replace('_', '-')}/{name}"
-            files[name] = [f"{stem}.svg", f"{stem}.pdf"]
-            (folder / stem).parent.mkdir(parents=True, exist_ok=True)
-            (folder / f"{stem}.svg").write_text(data[0]["image/svg+xml"], encoding="utf-8")
-            (folder / f"{stem}.pdf").write_bytes(base64.b64decode(data[0]["application/pdf"]))
-    return files
+def write_figure(cell, folder, stem):
+    """Write the SVG and PDF that a cell shows; returns their names."""
+    data = [output.data for output in cell.outputs if "image/svg+xml" in output.get("data", {})]
+    if len(data) != 1:
+        raise ValueError(f"the cell of {stem} shows {len(data)} figures")
+    (folder / stem).parent.mkdir(parents=True, exist_ok=True)
+    (folder / f"{stem}.svg").write_text(data[0]["image/svg+xml"], encoding="utf-8")
+    (folder / f"{stem}.pdf").write_bytes(base64.b64decode(data[0]["application/pdf"]))
+    return [f"{stem}.svg", f"{stem}.pdf"]
 
 
-def export_tables(claims, folder):
-    """One CSV a table, in the order of the ledger; returns the file of each by paper and table."""
-    files = {}
-    for (paper, table), rows in groupby(claims, key=lambda claim: claim.key[:2]):
-        files[paper, table] = [f"{paper}/{file_name(table)}.csv"]
-        write_csv(folder / files[paper, table][0], COLUMNS, map(asdict, rows))
-    return files
-
-
-def file_name(table):
-    """The name of a table as that of a file."""
-    return re.sub(r"[^a-z0-9]+", "-", table.lower()).strip("-")
-
-
-def write_csv(path, columns, rows):
-    """Write dicts as a table."""
+def write_csv(path, head, rows):
+    """Write a table."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, columns, extrasaction="ignore", lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+        csv.writer(file, lineterminator="\n").writerows([head, *rows])

@@ -8,6 +8,7 @@ ledger, one row a printed value, exactly as printed. No number of a paper stands
 import csv
 import tomllib
 from dataclasses import dataclass, fields
+from decimal import Decimal
 from functools import cached_property
 from pathlib import Path
 
@@ -44,19 +45,16 @@ class Printed:
     @property
     def last_digit(self):
         """One unit of the last printed digit: 0.01 for "1.50", 10000 for "1.16e6"."""
-        mantissa, _, exponent = self.printed.lower().partition("e")
-        return 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+        return 10.0 ** Decimal(self.printed).as_tuple().exponent
 
     def units_off(self, value):
         """Distance of a value from the printed one, in units of the last printed digit."""
         return abs(value - self.value) / self.last_digit
 
     def agrees(self, value):
-        """Whether a value is within one unit of the last printed digit; a count must be equal.
-
-        Rounding of the difference itself must not decide: a part in 1e9 of a digit is let pass.
-        """
-        return bool(value == self.value if self.kind == "count" else self.units_off(value) <= 1 + 1e-9)
+        """Whether a value is within one unit of the last printed digit; a count must be equal."""
+        one = 1 + 1e-9  # rounding of the difference itself must not decide
+        return bool(value == self.value if self.kind == "count" else self.units_off(value) <= one)
 
 
 @dataclass(frozen=True)
@@ -78,20 +76,19 @@ class Paper:
     @cached_property
     def ledger(self):
         """All printed values, a dict from ``(table, row, column)`` to `Printed`."""
-        path, rows = self.folder / "published.csv", []
+        path, found = self.folder / "published.csv", {}
+        known = dict(table=self.tables, row=self.rows, column=self.columns, kind=KINDS)
         with path.open(newline="", encoding="utf-8") as lines:
             reader = csv.DictReader(lines)
             if tuple(reader.fieldnames or ()) != LEDGER:
                 raise ValueError(f"{path}: the columns must be {LEDGER}, got {reader.fieldnames}")
             for row in reader:
-                known = dict(table=self.tables, row=self.rows, column=self.columns, kind=KINDS)
                 for name, values in known.items():
                     if row[name] not in values:
                         raise ValueError(f"{path}, line {reader.line_num}: {name} {row[name]!r} is unknown")
-                rows.append(Printed(self.key, **row | {"runs": int(row["runs"]) if row["runs"] else None}))
-        found = {row.key[1:]: row for row in rows}
-        if len(found) < len(rows):
-            raise ValueError(f"{path}: two rows have the same table, row and column")
+                printed = Printed(self.key, **row | {"runs": int(row["runs"]) if row["runs"] else None})
+                if found.setdefault(printed.key[1:], printed) is not printed:
+                    raise ValueError(f"{path}: two rows have the same table, row and column")
         return found
 
     def printed(self, table, row, column):
@@ -117,7 +114,7 @@ def read_paper(folder):
     return Paper(Path(folder), **found)
 
 
-def read_papers(folder=PAPERS):
+def read_papers():
     """All papers, in the order of the book: a dict from key to `Paper`."""
-    found = [read_paper(path.parent) for path in Path(folder).glob("*/paper.toml")]
+    found = [read_paper(path.parent) for path in PAPERS.glob("*/paper.toml")]
     return {paper.key: paper for paper in sorted(found, key=lambda paper: paper.part)}

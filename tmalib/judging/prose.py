@@ -1,8 +1,7 @@
 """Checks of the book's sentences: no verdict of their own, no number without a cell or without a reader.
 
-In the pages and in the markdown, captions and alternative texts of the notebooks the words of a verdict stand
-only inside roles such as {verdict} and {count}, which the build compares with the ledger. The page that
-defines the words is exempt.
+The words of a verdict stand only inside the roles {verdict} and {count}, which the build compares with the
+ledger, and on the page that defines them.
 """
 
 import os
@@ -30,8 +29,8 @@ def texts_of(path):
         return [path.read_text(encoding="utf-8")]
     cells = read(path).cells
     shown = [cell.metadata.get("mystnb", {}) for cell in cells]
-    captions = [each.get(part, {}).get(name, "") for each in shown for part, name in
-                (("figure", "caption"), ("image", "alt"))]  # fmt: skip
+    captions = [each.get("figure", {}).get("caption", "") for each in shown]
+    captions += [each.get("image", {}).get("alt", "") for each in shown]
     return [cell.source for cell in cells if cell.cell_type == "markdown"] + captions
 
 

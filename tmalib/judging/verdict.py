@@ -9,8 +9,8 @@ with the limit of Sidak for the m rows of a table, level ``1 - (1 - alpha)^(1/m)
 where a deviation of half the errors' spread could not have been found, or our error exceeds the paper's.
 """
 
-import re
 from dataclasses import asdict, dataclass
+from decimal import Decimal, InvalidOperation
 from statistics import NormalDist
 
 import numpy as np
@@ -35,18 +35,13 @@ SYMBOLS = {REPRODUCED: "✓", CORRECTED: "✓*", NOT_REPRODUCED: "✗", INCONCLU
 
 def within(value, at_least=None, at_most=None):
     """Whether a value, or each of an array, is between its limits; NaN is not."""
-    low = -np.inf if at_least is None else at_least
-    high = np.inf if at_most is None else at_most
     value = np.asarray(value, dtype=float)
-    return (value >= low) & (value <= high)
+    return np.clip(value, at_least, at_most) == value
 
 
 @dataclass(frozen=True)
 class Ours:
-    """Our value for a printed one.
-
-    A deterministic value has no standard errors; a phrase has limits within which it holds.
-    """
+    """Our value for a printed one; standard errors are for Monte-Carlo rows, limits for phrases."""
 
     value: float
     se: float = 0.0  # standard error of ours
@@ -66,10 +61,7 @@ class Ours:
 
 
 def of_statistics(found, i, printed_runs):
-    """Bias and standard deviation of component ``i``, two `Ours`, against those of ``printed_runs`` runs.
-
-    ``found`` are the `tmalib.montecarlo.Statistics` of our own runs.
-    """
+    """Two `Ours`: bias and standard deviation of component ``i`` of `Statistics`, for the paper's runs."""
     pairs = ((found.bias, found.bias_se), (found.std, found.std_se))
     return tuple(Ours(value[i], se()[i], se(printed_runs)[i], found.std[i]) for value, se in pairs)
 
@@ -98,6 +90,11 @@ class Claim(Printed):
         sources = (source if isinstance(source, Source) else Source(**source) for source in self.sources)
         set_fields(self, sources=tuple(sources))
 
+    def __str__(self):
+        z = "" if self.z is None else f", z {self.z:.2f}"
+        ours = same_digits(self.ours, self.printed)
+        return f"{' | '.join(self.key)}: printed {self.printed}, ours {ours}{z}, {self.verdict}"
+
 
 def z_score(printed_value, last_digit, ours):
     """Deviation in standard errors, rounding of the printed value allowed for."""
@@ -105,33 +102,30 @@ def z_score(printed_value, last_digit, ours):
     return excess / np.hypot(ours.se, ours.se_printed)
 
 
-def sidak_limit(rows, alpha=ALPHA):
-    """Largest ``|z|`` in a family of ``rows`` rows that does not reject at level ``alpha``."""
-    alpha = check_scalar("alpha", alpha, above=0.0)
-    level = 1 - (1 - alpha) ** (1 / rows)
+def sidak_limit(rows):
+    """Largest ``|z|`` in a family of ``rows`` rows that does not reject at level `ALPHA`."""
+    level = 1 - (1 - ALPHA) ** (1 / rows)
     return NormalDist().inv_cdf(1 - level / 2)
 
 
-def judge(paper, table, ours, *, made_from=(), alpha=ALPHA):
+def judge(paper, table, ours, *, made_from=()):
     """`Verdicts` on rows of a table of a `Paper`; ``ours`` maps ``(row, column)`` to `Ours`.
 
-    All Monte-Carlo rows of the table belong in one call: they are the family over which the level ``alpha``,
+    All Monte-Carlo rows of the table belong in one call: they are the family over which the level `ALPHA`,
     the probability of rejecting a table that is right, is kept. They and phrases name the `Runs` or `Stream`
     that they are ``made_from``. `ValueError` for an unknown key, no rows, a value that is not finite, a
     Monte-Carlo row without standard errors, a text row without limits or another row with them.
     """
-    rows = [(paper.printed(table, *key), value) for key, value in ours.items()]
-    return judge_rows(rows, made_from=made_from, alpha=alpha)
+    return judge_rows([(paper.printed(table, *key), ours[key]) for key in ours], made_from=made_from)
 
 
-def judge_rows(rows, *, made_from=(), alpha=ALPHA):
+def judge_rows(rows, *, made_from=()):
     """Judge pairs of `Printed` and `Ours`, one table, like `judge`; the printed values may be simulated."""
-    rows = list(rows)
-    if not rows:
+    if not (rows := list(rows)):
         raise ValueError("nothing to judge: ours is empty")
     sources = tuple(dict.fromkeys(found.source for found in made_from))
     family = sum(row.kind == "monte-carlo" for row, _ in rows)
-    limit = sidak_limit(family, alpha) if family else None
+    limit = sidak_limit(family) if family else None
     return Verdicts(tuple(_judge_row(row, ours, limit, sources) for row, ours in rows), limit)
 
 
@@ -139,30 +133,25 @@ def _judge_row(row, ours, limit, sources):
     check_scalar(f"our value of {row.key}", ours.value)
     if (row.kind == "text") != bool(ours.criterion):
         raise ValueError(f"limits are for text rows, which need one: {row.key}, got {ours}")
-    resolved, random, held = True, {}, ""
+    tested, held, resolved = {}, "", True
     if row.kind == "monte-carlo":
         if not (ours.se > 0 and ours.se_printed > 0 and ours.spread > 0):
             raise ValueError(f"the Monte-Carlo row {row.key} needs standard errors and a spread, got {ours}")
-        half, spread = row.last_digit / 2, np.hypot(ours.se, ours.se_printed)
-        z, detectable = z_score(row.value, row.last_digit, ours), half + (limit + POWER_QUANTILE) * spread
+        half, error = row.last_digit / 2, np.hypot(ours.se, ours.se_printed)
+        z, detectable = z_score(row.value, row.last_digit, ours), half + (limit + POWER_QUANTILE) * error
+        tested = dict(z=float(z), rounding=float(half / error), detectable=float(detectable))
+        tested |= dict(limit=limit, sources=sources)
         agrees = z <= limit
         resolved = ours.se <= ours.se_printed and detectable <= RESOLUTION * ours.spread
-        random = dict(z=float(z), rounding=float(half / spread), detectable=float(detectable), limit=limit)
     elif row.kind == "text":
-        agrees = within(ours.value, ours.at_least, ours.at_most)
+        agrees, tested = within(ours.value, ours.at_least, ours.at_most), dict(sources=sources)
         held = f"{'holds' if agrees else 'does not hold'}: {ours.criterion} was asked"
     else:
         agrees = row.agrees(ours.value)
-    return Claim(
-        **vars(row),
-        **random,
-        ours=float(ours.value),
-        se=float(ours.se),
-        verdict=_word(agrees, resolved, ours),
-        erratum=ours.erratum,
-        note="; ".join(filter(None, (held, ours.note, ours.assumption))),
-        sources=sources if row.kind in ("monte-carlo", "text") else (),
-    )
+    note = "; ".join(filter(None, (held, ours.note, ours.assumption)))
+    verdict = _word(agrees, resolved, ours)
+    found = dict(ours=float(ours.value), se=float(ours.se), erratum=ours.erratum, note=note, verdict=verdict)
+    return Claim(**vars(row), **found, **tested)
 
 
 def _word(agrees, resolved, ours):
@@ -189,33 +178,27 @@ class Verdicts:
 
     def of(self, row, column):
         """The claim on one row."""
-        for claim in self.claims:
-            if (claim.row, claim.column) == (row, column):
-                return claim
-        raise ValueError(f"no claim on row {row!r}, column {column!r} was judged here")
+        found = {(claim.row, claim.column): claim for claim in self.claims}
+        if (row, column) not in found:
+            raise ValueError(f"no claim on row {row!r}, column {column!r} was judged here")
+        return found[row, column]
 
     def count(self, *verdicts):
         """How many rows have one of these verdicts."""
         return sum(claim.verdict in verdicts for claim in self.claims)
 
-    def __str__(self):
-        lines = [("row", "column", "printed", "ours", "se", "z", "verdict")]
-        for c in self.claims:
-            z = "" if c.z is None else f"{c.z:.2f}"
-            se = f"{c.se:.2g}" if c.se else ""
-            lines.append((c.row, c.column, c.printed, same_digits(c.ours, c.printed), se, z, c.verdict))
-        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
-
     def _repr_mimebundle_(self, include=None, exclude=None):
-        return {"text/plain": str(self), CLAIMS: [asdict(claim) for claim in self.claims]}
+        text = "\n".join(map(str, self.claims))
+        return {"text/plain": text, CLAIMS: [asdict(claim) for claim in self.claims]}
 
 
 def same_digits(value, like):
     """``value`` with as many digits as the printed number ``like``; three significant ones for a phrase."""
-    if not re.fullmatch(r"[-+]?[0-9.]+(e[-+]?[0-9]+)?", like.lower()):
+    try:
+        printed = Decimal(like).as_tuple()
+    except InvalidOperation:
         return f"{value:.3g}"
-    mantissa, _, exponent = like.lower().partition("e")
-    decimals = len(mantissa.partition(".")[2])
-    text = f"{value:.{decimals}{'e' if exponent else 'f'}}"
-    return re.sub(r"e([+-])0*(\d)", lambda m: f"e{m[1].replace('+', '')}{m[2]}", text)
+    if "e" not in like.lower():
+        return f"{value:.{-printed.exponent}f}"
+    mantissa, exponent = f"{value:.{len(printed.digits) - 1}e}".split("e")
+    return f"{mantissa}e{int(exponent)}"

@@ -1,13 +1,19 @@
 """The book's Sphinx extension; it reads what the build has collected, and types nothing.
 
-`tables` and `roles` show the ledger, `score` the front page's bars, `provenance` a chapter's last list.
+`tables` shows the ledger, `roles` writes it into sentences, `provenance` gives a chapter the outputs of its
+execution and a list of where they come from.
 """
+
+from . import provenance, roles, tables
 
 
 def setup(app):
     """Add all directives, roles and events."""
-    from . import provenance, roles, score, tables
-
-    for part in (provenance, roles, score, tables):
-        part.setup(app)
+    for find in (roles.printed, roles.ours, roles.verdict, roles.count, roles.deviation):
+        app.add_role(find.__name__, roles.LedgerRole(find))
+    app.add_directive("judged-table", tables.JudgedTable)
+    app.add_directive("ledger-table", tables.LedgerTable)
+    app.add_directive("score", tables.Score)
+    app.connect("source-read", provenance.take_outputs)
+    app.connect("doctree-read", provenance.add_provenance)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

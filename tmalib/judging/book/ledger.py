@@ -6,24 +6,16 @@ from docutils import nodes
 from sphinx import addnodes
 
 from ..collect import read_claims
-from ..paper import read_papers
 from ..verdict import SYMBOLS, same_digits
 
 
-def load_claims(env):
-    """All claims, in the order of the ledgers; the page that asks is built again when they change."""
-    path = Path(env.srcdir) / "build" / "claims.json"
-    env.note_dependency(str(path))
-    return read_claims(path)
-
-
-def load_papers(env):
-    """The papers by key; the page that asks is built again when a manifest or ledger changes."""
-    papers = read_papers()
-    for paper in papers.values():
-        for name in ("paper.toml", "published.csv"):
-            env.note_dependency(str(paper.folder / name))
-    return papers
+def claims_under(env, key=()):
+    """The judged rows whose key starts so, in the order of the ledgers; `ValueError` if there are none."""
+    claims = read_claims(Path(env.srcdir) / "build" / "claims.json")
+    found = [claim for claim in claims if claim.key[: len(key)] == key]
+    if not found:
+        raise ValueError(f"nothing is judged under {'; '.join(key)!r}")
+    return found
 
 
 def parse_key(text, parts):
@@ -44,15 +36,10 @@ def cell_label(notebook, cell):
     return f"{nodes.make_id('notebooks/' + notebook.removesuffix('.ipynb'))}-cell-{cell}"
 
 
-def reference(env, label, content, kind="ref", **attributes):
-    """A reference to a label, resolved when the whole book has been read."""
+def link(env, label, text, kind="ref", title=""):
+    """A link to a label, resolved when the whole book has been read; a ``numref`` writes its own text."""
     options = dict(refdomain="std", reftype=kind, reftarget=label, refexplicit=kind == "ref", refwarn=True)
-    return addnodes.pending_xref("", content, refdoc=env.docname, **options, **attributes)
-
-
-def link(env, label, text, title=""):
-    """A link with a text of its own."""
-    return reference(env, label, nodes.inline("", "", nodes.Text(text)), reftitle=title)
+    return addnodes.pending_xref("", nodes.inline("", text), refdoc=env.docname, reftitle=title, **options)
 
 
 def in_brackets(unit):
@@ -60,16 +47,7 @@ def in_brackets(unit):
     return "" if unit == "1" else f"({unit.replace('^2', '²')})"
 
 
-def verdict_text(claim):
-    """Symbol and word."""
-    return f"{SYMBOLS[claim.verdict]} {claim.verdict}"
-
-
-def printed_text(claim):
-    """As printed; a phrase in quotation marks."""
-    return f"“{claim.printed}”" if claim.kind == "text" else claim.printed
-
-
-def ours_text(claim):
-    """Ours with as many digits as the printed number has."""
-    return same_digits(claim.ours, claim.printed)
+def written(claim):
+    """Printed, a phrase in quotation marks; ours, with as many digits; the verdict, symbol and word."""
+    printed = f"“{claim.printed}”" if claim.kind == "text" else claim.printed
+    return printed, same_digits(claim.ours, claim.printed), f"{SYMBOLS[claim.verdict]} {claim.verdict}"

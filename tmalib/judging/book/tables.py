@@ -1,36 +1,39 @@
-"""Tables of judged numbers.
+"""Tables of judged numbers, and their score.
 
 ``{judged-table} paper; table`` is a table in the paper's layout: in every cell printed, ours and the verdict.
 ``{ledger-table} paper`` has all rows of a paper, with standard error, z, smallest detectable deviation, and a
 link from each verdict to the cell that computed it. `_static/ledger.js` makes it sortable and filterable.
+``{score}`` says how many printed values of each paper are judged, and how, as bars with numbers and words.
 """
 
 from collections import Counter
+from html import escape
 
 from docutils import nodes
 from docutils.parsers.rst import directives
 from sphinx.util.docutils import SphinxDirective
 
+from ..paper import read_papers
 from ..verdict import SYMBOLS
 from . import ledger
 
 
-class _LedgerDirective(SphinxDirective):
-    """A directive whose argument starts with the key of a paper."""
+class LedgerDirective(SphinxDirective):
+    """A directive that shows what is judged under its key; a key without a row is an error of the page."""
 
-    has_content = False
     required_arguments = 1
     final_argument_whitespace = True
+    parts = 1  # of the key, at least
 
-    def chosen(self, key):
-        """The paper, and its claims whose key starts so."""
-        found = [claim for claim in ledger.load_claims(self.env) if claim.key[: len(key)] == key]
-        if not found:
-            raise self.error(f"no judged row of {'; '.join(key)} in build/claims.json")
-        return ledger.load_papers(self.env)[key[0]], found
+    def run(self):
+        try:
+            key = ledger.parse_key(self.arguments[0], self.parts)
+            return self.shown(key, read_papers()[key[0]], ledger.claims_under(self.env, key))
+        except (KeyError, ValueError) as problem:
+            raise self.error(f"ledger: {problem}") from problem
 
     def make_table(self, caption, head, body, kind):
-        """A docutils table; cells are strings, lists of lines, or lists of paragraphs."""
+        """A docutils table; a cell is a text, or a list of nodes."""
         words, _ = self.state.inline_text(caption, self.lineno)
         group = nodes.tgroup("", *(nodes.colspec(colwidth=1) for _ in head), cols=len(head))
         for section, rows in ((nodes.thead(), [head]), (nodes.tbody(), body)):
@@ -42,50 +45,47 @@ class _LedgerDirective(SphinxDirective):
 
 
 def make_entry(cell):
-    if isinstance(cell, list) and isinstance(cell[0], nodes.Element):
-        return nodes.entry("", *cell)
-    if isinstance(cell, list):
-        return nodes.entry("", nodes.line_block("", *(nodes.line(line, line) for line in cell)))
-    return nodes.entry("", *([nodes.paragraph(cell, cell)] if cell else []))
+    if isinstance(cell, str):
+        return nodes.entry("", *([nodes.paragraph(cell, cell)] if cell else []))
+    return nodes.entry("", *cell)
 
 
-class JudgedTable(_LedgerDirective):
+def lines(*texts):
+    """The content of a cell with several lines."""
+    return [nodes.line_block("", *(nodes.line(text, text) for text in texts))]
+
+
+class JudgedTable(LedgerDirective):
     """The table as the paper lays it out, every number judged."""
 
     option_spec = {"caption": directives.unchanged_required}  # noqa: RUF012
+    parts = 2
 
-    def run(self):
-        key = ledger.parse_key(self.arguments[0], 2)
-        paper, found = self.chosen(key)
-        texts = all(claim.kind == "text" for claim in found)
-        head, body = (self.phrases if texts else self.numbers)(paper, found)
+    def shown(self, key, paper, found):
+        phrases = all(claim.kind == "text" for claim in found)
+        head, body = (phrase_rows if phrases else number_rows)(paper, found)
         caption = self.options.get("caption", f"{paper.tables[key[1]]}, judged.")
-        node = self.make_table(caption, head, body, "phrase-table" if texts else "judged-table")
+        node = self.make_table(caption, head, body, "phrase-table" if phrases else "judged-table")
         node["names"].append(ledger.label_of(*key))
         self.state.document.note_explicit_target(node, node)
-        return [node] if texts else [node, legend(found)]
+        return [node] if phrases else [node, legend(found)]
 
-    @staticmethod
-    def phrases(paper, found):
-        """Head and body for phrases: what was printed, what was measured, and the verdict with its note."""
-        texts = (ledger.printed_text, ledger.ours_text)
-        body = [
-            [paper.rows[c.row], *(text(c) for text in texts), [ledger.verdict_text(c), c.note]] for c in found
-        ]
-        return ["", "printed", "ours", "verdict, and what was measured"], body
 
-    @staticmethod
-    def numbers(paper, found):
-        """Head and body in the paper's layout: printed, ours and verdict in every cell."""
-        columns = list(dict.fromkeys(c.column for c in found))
-        texts = (ledger.printed_text, ledger.ours_text, lambda c: SYMBOLS[c.verdict])
-        cells = {(c.row, c.column): [text(c) for text in texts] for c in found}
-        units = {c.row: c.unit for c in reversed(found)}
-        body = [
-            [[paper.rows[row], ledger.in_brackets(units[row])], *(cells.get((row, c), "") for c in columns)]
-            for row in dict.fromkeys(c.row for c in found)
-        ]
-        return ["", *(paper.columns[column] for column in columns)], body
+def phrase_rows(paper, found):
+    """Head and body for phrases: what was printed, what was measured, and the verdict with its note."""
+    cells = [(c, *ledger.written(c)) for c in found]
+    body = [[paper.rows[c.row], printed, ours, lines(word, c.note)] for c, printed, ours, word in cells]
+    return ["", "printed", "ours", "verdict, and what was measured"], body
+
+
+def number_rows(paper, found):
+    """Head and body in the paper's layout: printed, ours and verdict in every cell."""
+    columns = list(dict.fromkeys(c.column for c in found))
+    cells = {(c.row, c.column): lines(*ledger.written(c)[:2], SYMBOLS[c.verdict]) for c in found}
+    units = {c.row: c.unit for c in reversed(found)}
+    names = {c.row: lines(paper.rows[c.row], ledger.in_brackets(units[c.row])) for c in found}
+    body = [[name, *(cells.get((row, column), "") for column in columns)] for row, name in names.items()]
+    return ["", *(paper.columns[column] for column in columns)], body
 
 
 def legend(found):
@@ -96,11 +96,10 @@ def legend(found):
     return nodes.paragraph(text, text, classes=["legend"])
 
 
-class LedgerTable(_LedgerDirective):
+class LedgerTable(LedgerDirective):
     """All rows of a paper one below the other, with all that the verdicts rest on."""
 
-    def run(self):
-        paper, found = self.chosen((self.arguments[0],))
+    def shown(self, key, paper, found):
         head = ["table", "quantity", "printed", "ours", "standard error", "z"]
         head += ["detectable deviation", "verdict"]
         caption = "Every printed value of the paper and its verdict, in the paper's order."
@@ -109,24 +108,40 @@ class LedgerTable(_LedgerDirective):
     def row(self, paper, c):
         where = ledger.link(self.env, ledger.label_of(c.paper, c.table), paper.tables[c.table])
         quantity = filter(None, (paper.rows[c.row], paper.columns[c.column], ledger.in_brackets(c.unit)))
-        z, detectable = "" if c.z is None else f"{c.z:.2f}", c.detectable and digits(c.detectable, 3)
-        texts = [" ".join(quantity), ledger.printed_text(c), ledger.ours_text(c), c.se and digits(c.se, 2)]
-        return [[nodes.paragraph("", "", where)], *texts, z, detectable, self.verdict_cell(c)]
-
-    def verdict_cell(self, c):
-        """The verdict in words, linked to the cell that computed it, with its errata and notes."""
+        printed, ours, word = ledger.written(c)
+        tested = [digits(c.se, 2), "" if c.z is None else f"{c.z:.2f}", digits(c.detectable, 3)]
         title, label = f"computed in cell {c.cell} of {c.notebook}", ledger.cell_label(c.notebook, c.cell)
-        found = nodes.paragraph("", "", ledger.link(self.env, label, ledger.verdict_text(c), title))
+        verdict = nodes.paragraph("", "", ledger.link(self.env, label, word, title=title))
         for erratum in filter(None, c.erratum.split(", ")):
-            found += [nodes.Text(" "), ledger.link(self.env, erratum, erratum)]
-        return [found, nodes.paragraph("", c.note, classes=["note"])] if c.note else [found]
+            verdict += [nodes.Text(" "), ledger.link(self.env, erratum, erratum)]
+        notes = [nodes.paragraph("", c.note, classes=["note"])] if c.note else []
+        texts = [" ".join(quantity), printed, ours, *tested]
+        return [[nodes.paragraph("", "", where)], *texts, [verdict, *notes]]
 
 
 def digits(value, number):
     """So many significant digits, without an exponent where that can be: 6360, not 6.36e+03."""
-    return f"{float(f'{value:.{number}g}'):g}"
+    return f"{float(f'{value:.{number}g}'):g}" if value else ""
 
 
-def setup(app):
-    app.add_directive("judged-table", JudgedTable)
-    app.add_directive("ledger-table", LedgerTable)
+class Score(SphinxDirective):
+    """One bar a paper."""
+
+    def run(self):
+        html = ""
+        for paper in read_papers().values():
+            count = Counter(claim.verdict for claim in ledger.claims_under(self.env, (paper.key,)))
+            total = f"{len(paper.ledger)} printed values"
+            html += f"<p><strong>{escape(paper.title)}</strong>: {total}</p>\n{bar(count)}\n"
+        html = f'<div class="score" role="group" aria-label="Verdicts by paper">\n{html}</div>\n'
+        return [nodes.raw("", html, format="html")]
+
+
+def bar(count):
+    """Segments as long as their numbers, each with its symbol; what they mean is the list below the bar."""
+    segments, words = "", ""
+    for verdict in filter(count.get, SYMBOLS):
+        kind, sign, number = nodes.make_id(verdict), SYMBOLS[verdict], count[verdict]
+        segments += f'<span class="{kind}" style="flex-grow: {number}">{sign} {number}</span>'
+        words += f'<li><span class="{kind}">{sign}</span> {number} {verdict}</li>'
+    return f'<div class="bar" aria-hidden="true">{segments}</div>\n<ul>{words}</ul>\n'

@@ -1,10 +1,11 @@
-"""The deviations of all Monte-Carlo numbers, against what they would be if every printed number were right.
+"""The drawings that no chapter makes: the deviations of all Monte-Carlo numbers, and the house.
 
-The null of a row is that of `tmalib.judging.verdict.z_score`: ``max(0, |N| - r)`` with a standard normal N
-and the rounding r, half a unit of the last printed digit in standard errors.
+If every printed number were right, the deviation of a row (`tmalib.judging.verdict.z_score`) would be
+``max(0, |N| - r)`` with a standard normal N and the rounding r, half a unit of the last printed digit in
+standard errors.
 """
 
-import csv
+import tomllib
 from itertools import groupby
 from pathlib import Path
 from statistics import NormalDist
@@ -15,18 +16,17 @@ import numpy as np
 from .. import figures
 from .verdict import CORRECTED, INCONCLUSIVE, NOT_REPRODUCED, REPRODUCED, UNSPECIFIED
 
-NAME = "fig-verdicts-z"
-LOOKS = {  # marker, entity whose colour it has, filled
-    REPRODUCED: ("o", "mle", True),
-    CORRECTED: ("o", "mle", True),
-    INCONCLUSIVE: ("D", "light", True),
-    NOT_REPRODUCED: ("X", "target", True),
-    UNSPECIFIED: ("s", "null", False),
+LOOKS = {  # marker, entity whose colour it has, filled or not, label
+    REPRODUCED: ("o", "mle", "full", REPRODUCED),
+    CORRECTED: ("o", "mle", "full", "reproduced, also after correction"),
+    INCONCLUSIVE: ("D", "light", "full", INCONCLUSIVE),
+    NOT_REPRODUCED: ("X", "target", "full", NOT_REPRODUCED),
+    UNSPECIFIED: ("s", "null", "none", UNSPECIFIED),
 }
-LABELS = {CORRECTED: "reproduced, also after correction"}
 NORMAL = NormalDist()
 TWO_SIDED = NORMAL.inv_cdf(0.975)
 EDGES = np.arange(0, 4.01, 0.25)
+ROOMS = 6  # in a line of a floor of the house
 
 
 def beyond(z, r):
@@ -67,10 +67,9 @@ def draw_tables(ax, claims, papers):
             ticks[place] = paper.tables[table]
             ax.plot([family[0].limit] * 2, [place - 0.4, place + 0.4], color="black", linewidth=1.2)
             for c in family:
-                marker, entity, filled = LOOKS[c.verdict]
-                look = dict(color=figures.colour(entity), fillstyle="full" if filled else "none", alpha=0.8)
-                look |= dict(markersize=5, markeredgewidth=0.8, label=LABELS.get(c.verdict, c.verdict))
-                (shown[marker],) = ax.plot(c.z, place, marker, **look)
+                marker, entity, fill, label = LOOKS[c.verdict]
+                look = dict(color=figures.colour(entity), fillstyle=fill, markersize=5, markeredgewidth=0.8)
+                (shown[marker],) = ax.plot(c.z, place, marker, label=label, alpha=0.8, **look)
             far = [c for c in family if c.z > c.limit and c.verdict != UNSPECIFIED]
             names = ", ".join(f"{paper.columns[c.column]} {paper.rows[c.row]}" for c in far)
             ax.annotate(names, (1.01, place), xycoords=("axes fraction", "data"), va="center", fontsize=7.5)
@@ -100,13 +99,36 @@ def draw_counts(ax, claims):
     ax.legend(loc="upper right", fontsize=8)
 
 
-def draw_deviations(claims, papers, folder):
-    """Write the figure, SVG and PDF, and its `counts`, CSV, to ``folder``; returns its name."""
+def draw_deviations(claims, papers):
+    """The figure: every deviation, table by table, and all of them counted."""
     figures.use_style()
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(7.2, 7.4), height_ratios=(2.6, 1))
     draw_tables(top, claims, papers)
     draw_counts(bottom, claims)
-    figures.save_figure(figure, Path(folder) / NAME)
-    with (Path(folder) / f"{NAME}.csv").open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([("name", "value"), *counts(claims).items()])
-    return NAME
+    return figure
+
+
+def draw_house(pyproject):
+    """The house, from the import contract in pyproject.toml: a floor a layer, a room a module."""
+    figures.use_style()
+    found = tomllib.loads(Path(pyproject).read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
+    (layers,) = (contract["layers"] for contract in found if contract["id"] == "house")
+    figure, ax = plt.subplots(figsize=(7.4, 6.6))
+    colours = {"papers": "#E0EDF6", "judging": "#FDF0D5"}  # the others are the library
+    box = dict(boxstyle="round,pad=0.35", facecolor="white", edgecolor="#555555", linewidth=0.8)
+    top = 0.0
+    for layer in layers:
+        names = layer.replace("|", ":").replace(" ", "").split(":")
+        lines = [names[k : k + ROOMS] for k in range(0, len(names), ROOMS)]
+        ax.axhspan(top, top - len(lines) + 0.15, color=colours.get(names[0], "#EEF5F0"), linewidth=0)
+        for row in lines:
+            top -= 1.0
+            for k, name in enumerate(row):
+                place = ((k + 0.5) / len(row), top + 0.575)
+                ax.annotate(name, place, ha="center", va="center", fontsize=8.5, bbox=box)
+    down = dict(arrowstyle="-|>", color="#555555", linewidth=1.4)
+    ax.annotate("", (-0.04, top), (-0.04, 0), arrowprops=down, annotation_clip=False)
+    ax.annotate("imports", (-0.06, top / 2), rotation=90, ha="right", va="center", fontsize=9)
+    ax.set(xlim=(-0.1, 1), ylim=(top, 0.15))
+    ax.axis("off")
+    return figure
