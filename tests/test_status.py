@@ -106,3 +106,29 @@ def test_rank_condition_and_weakest_direction_of_a_good_fit(scenario):
     unit = found.weakest * np.linalg.norm(gradient, axis=0)
     least = np.linalg.norm(scaled @ unit) / np.linalg.norm(unit)
     assert least == pytest.approx(np.linalg.svd(scaled, compute_uv=False)[-1], rel=1e-9)
+
+
+def test_filters_speak_the_same_words(scenario):
+    """A run that is lost says so in a track, a filter's state, a track of batch estimates; others do not."""
+    angles = scenario.simulate(4, seed=5)
+    prior = tma.prior_along_first_bearing(scenario, angles, 6e3, 2e3, 5.0)
+    wild = angles.copy()
+    wild[2, 30] = np.inf
+    words = [status.FILTERED, status.FILTERED, status.NOT_FINITE, status.FILTERED]
+    assert list(tma.ekf(scenario, wild, prior).status) == words
+    assert list(tma.update(prior, scenario, wild).status) == words
+    start = np.tile(scenario.state, (4, 1))
+    start[1] = np.inf
+    track = tma.fit_over_time(scenario, angles, [400.0, 600.0], start)
+    assert list(track.status) == [status.CONVERGED, status.NOT_FINITE, status.CONVERGED, status.CONVERGED]
+    np.testing.assert_array_equal(track.finite, [True, False, True, True])
+
+
+def test_a_particle_filter_speaks_them_too(scenario):
+    radar = tma.Scenario(scenario.platform, scenario.sensors[:1], 600.0)
+    (run,) = radar.with_target(scenario.target).simulate(1, seed=6)
+    cloud = tma.cloud_along_first_bearing(radar, run, (1e3, 20e3), 15.0, 2000, seed=1)
+    assert tma.sir(radar, run, cloud, 0.01, seed=2).status == status.FILTERED
+    far = run.copy()
+    far[20] = np.inf
+    assert tma.sir(radar, far, cloud, 0.01, seed=2).status == status.NO_WEIGHT

@@ -15,6 +15,7 @@ from .batch import fit
 from .bounds import crlb, nees
 from .checks import check_array, check_probability
 from .recursive import Track
+from .status import CONVERGED
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +56,7 @@ def fit_over_time(scenario, angles, times, start):
     Returns
     -------
     Track
-        ``state (..., T, n)``, ``covariance (T, n, n)``, and ``finite`` where all fits have converged. A
+        ``state (..., T, n)``, ``covariance (T, n, n)``, and the first status that is not *converged*. A
         run that is lost at some time stays in the track, NaN or as far as its fit went.
 
     Raises
@@ -87,8 +88,15 @@ def fit_over_time(scenario, angles, times, start):
         times,
         np.stack([found.state for found in fits], axis=-2),
         bounds,
-        np.all([found.converged for found in fits], axis=0),
+        _worst([found.status for found in fits]),
     )
+
+
+def _worst(statuses):
+    """The first of several statuses ``(T, ...)`` of each run that is not *converged*, ``(...)``."""
+    statuses = np.stack(statuses)
+    first = np.argmax(statuses != CONVERGED, axis=0)
+    return np.take_along_axis(statuses, first[None], axis=0)[0]
 
 
 def _bound(scenario):

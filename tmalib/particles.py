@@ -33,6 +33,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from . import status as words
 from .checks import check_scalar
 from .clouds import one_run
 from .process_noise import ProcessNoise
@@ -67,8 +68,9 @@ class ParticleTrack:
         States at the last of the times, resampled: equally likely.
     ancestor : ndarray of int, shape (N,)
         The particle of the first cloud that each of them descends from.
-    finite : bool
-        Whether every row of `state`, `covariance` and `standard_error` is.
+    status : str
+        A word of `tmalib.status`: ``"filtered"``, ``"no particle explains a measurement"``, or
+        ``"not finite"`` where another row of `state`, `covariance` or `standard_error` is not.
     """
 
     times: np.ndarray
@@ -80,7 +82,12 @@ class ParticleTrack:
     log_likelihood: float
     particles: np.ndarray
     ancestor: np.ndarray
-    finite: bool
+    status: str
+
+    @property
+    def finite(self):
+        """Whether the filter came to a good end."""
+        return self.status == words.FILTERED
 
     @property
     def degenerate(self):
@@ -161,10 +168,11 @@ def sir(scenario, angles, cloud, beta, seed, walks=None):
             ancestor = ancestor[index]
             families.append(_families(ancestor))
     mean, covariance, error = map(np.array, zip(*kept, strict=True))
+    status = str(words.status_of_filter(mean, covariance)) if np.isfinite(error).all() else words.NOT_FINITE
     return ParticleTrack(
         np.array([time for time, _ in steps]), mean, covariance, error, np.array(effective),
         np.array(families), float(log_likelihood), state.T, ancestor,
-        all(bool(np.isfinite(part).all()) for part in (mean, covariance, error)),
+        status if min(effective) > 0 else words.NO_WEIGHT,
     )  # fmt: skip
 
 

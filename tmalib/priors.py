@@ -12,6 +12,7 @@ import numpy as np
 
 from .batch import along_first_bearing, first_bearing
 from .checks import check_scalar, set_fields
+from .status import FILTERED, status_of_filter
 from .uniform import PLANE, moving_pairs
 
 
@@ -91,9 +92,14 @@ class FilterState(Prior):
         """No checks: a covariance that a filter made is reported, not refused."""
 
     @property
+    def status(self):
+        """A word of `tmalib.status` for each run, ``(...)``: ``"filtered"`` or ``"not finite"``."""
+        return status_of_filter(self.mean[..., None, :], self.covariance[..., None, :, :])
+
+    @property
     def finite(self):
-        """`False` for a run whose estimate is not a finite number, shape ``(...)``."""
-        return np.isfinite(self.mean).all(axis=-1) & np.isfinite(self.covariance).all(axis=(-1, -2))
+        """Which runs came to a good end, ``(...)``."""
+        return self.status == FILTERED
 
 
 def check_others(scenario, others):

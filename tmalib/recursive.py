@@ -24,6 +24,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from . import status as words
 from .checks import check_scalar
 from .kalman import gate_limit, update_state
 from .priors import FilterState
@@ -43,8 +44,9 @@ class Track:
         Filtered state *at* each of the times.
     covariance : ndarray, shape (..., T, n, n)
         What the filter claims of it.
-    finite : ndarray of bool, shape (...)
-        `False` for a run in which some estimate is not a finite number; the run stays in the track.
+    status : ndarray of str, shape (...)
+        A word of `tmalib.status`: ``"filtered"``, or ``"not finite"`` for a run in which some estimate is not
+        a finite number; the run stays in the track. Of batch estimates ``"converged"``, or why one has not.
     nis : ndarray, shape (..., N)
         Normalised innovation squared of each measurement, in the scenario's order: chi-square with one degree
         of freedom if the filter is right. NaN for a missing measurement and for those not later than the
@@ -56,9 +58,14 @@ class Track:
     times: np.ndarray
     state: np.ndarray
     covariance: np.ndarray
-    finite: np.ndarray
+    status: np.ndarray
     nis: np.ndarray | None = None
     used: np.ndarray | None = None
+
+    @property
+    def finite(self):
+        """Which runs came to a good end, ``(...)``: filtered, or converged at all times."""
+        return np.isin(self.status, [words.FILTERED, words.CONVERGED])
 
 
 def ekf(scenario, angles, prior, record=None, chart=None, *, process_noise=None, gate=None):
@@ -156,9 +163,8 @@ def ekf(scenario, angles, prior, record=None, chart=None, *, process_noise=None,
     state = propagate(np.moveaxis(kept_x, -1, 0), elapsed, names)
     claimed = phi @ np.moveaxis(kept_p, -1, 0) @ phi.mT
     state, claimed = (part.reshape(shape + part.shape[1:]) for part in (state, claimed))
-    finite = np.isfinite(state).all(axis=(-1, -2)) & np.isfinite(claimed).all(axis=(-1, -2, -3))
     nis, used = (part.T.reshape(*shape, len(part)) for part in (nis, used))
-    return Track(record, state, claimed, finite, nis, used)
+    return Track(record, state, claimed, words.status_of_filter(state, claimed), nis, used)
 
 
 def predict(prior, time, process_noise=None):

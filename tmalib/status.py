@@ -4,6 +4,8 @@
 found. A filter has no minimum; a run that it took to the end is *filtered*.
 """
 
+import numpy as np
+
 CONVERGED = "converged"
 FILTERED = "filtered"
 NOT_FINITE = "not finite"
@@ -12,6 +14,7 @@ NO_MINIMUM = "no minimum at a finite range"
 RAN_AWAY = "ran away"
 NO_DESCENT = "no step lowers the criterion"
 ITERATION_LIMIT = "iteration limit"
+NO_WEIGHT = "no particle explains a measurement"
 
 ADVICE = {
     CONVERGED: "",
@@ -30,6 +33,21 @@ longer, or after a manoeuvre; an outlier or a wrong sigma can do this too.""",
 Rounding decides here: the criterion is flat, or huge because the model does not fit at all. Look at the
 residuals and at the units.""",
     ITERATION_LIMIT: "Give more iterations, or another start, or none.",
+    NO_WEIGHT: """\
+All particles are so far from a measurement that none has a weight. Take more of them, a wider first cloud or
+a larger sigma, or leave the measurement out.""",
 }
 ADVICE = {word: advice.replace("\n", " ") for word, advice in ADVICE.items()}
 WIDTH = max(map(len, ADVICE))  # of an array of statuses
+
+
+def status_of_filter(*estimates):
+    """`FILTERED`, or `NOT_FINITE` where an estimate is not a finite number; arrays with the runs' axes first.
+
+    The arrays are ``(..., T, n)``, ``(..., T, n, n)`` and so on: the first has two axes after those of the
+    runs, each further one axis more.
+    """
+    finite = True
+    for k, estimate in enumerate(estimates):
+        finite = finite & np.isfinite(estimate).all(axis=tuple(range(-2 - k, 0)))
+    return np.where(finite, FILTERED, NOT_FINITE)[()]
