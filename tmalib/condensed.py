@@ -18,7 +18,7 @@ from .bearings import wrap
 from .scenario import Scenario
 
 GROUPS = range(30, 45)  # numbers of groups of a sensor's bearings, two values each
-LEAST = 8  # bearings in a group
+LEAST = 10  # bearings in a group
 COARSE = 30  # means of a sensor, or up to twice as many
 
 
@@ -101,7 +101,7 @@ class Condensed:
     the scenario, as they are. `ValueError` for a scenario without bearings.
     """
 
-    def __init__(self, scenario, make):
+    def __init__(self, scenario, make, reference_time):
         blocks = [block for block in scenario.blocks if getattr(block.sensor.model, "is_bearing", False)]
         if not blocks:
             names = [sensor.name for sensor in scenario.sensors]
@@ -110,7 +110,7 @@ class Condensed:
             )
         self.parts = [(block.columns, make(block.sensor)) for block in blocks]
         sensors = [made.sensor for _, made in self.parts]
-        self.scenario = Scenario(scenario.platform, sensors, scenario.reference_time)
+        self.scenario = Scenario(scenario.platform, sensors, reference_time)
         self.same = len(self.scenario.times) == len(scenario.times)
 
     def of(self, angles):

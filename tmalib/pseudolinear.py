@@ -1,6 +1,6 @@
 """Pseudolinear equations of bearings: a state from bearings alone, without a guess and without iterations.
 
-A bearing theta from the platform at p, s seconds after the middle of the times, says of the state
+A bearing theta from the platform at p, s seconds after the reference time, says of the state
 ``(x, y, vx, vy)`` without approximation::
 
     cos theta (x + s vx - px) - sin theta (y + s vy - py) = 0.
@@ -43,9 +43,8 @@ class Places:
 
     def __init__(self, scenario):
         times, sensors = scenario.times, scenario.sensors
-        self.middle = (times.min() + times.max()) / 2
-        self.elapsed = times - self.middle
-        self.first, self.halfway = int(np.argmin(times)), int(np.argmin(np.abs(self.elapsed)))
+        self.elapsed = times - scenario.reference_time
+        self.first, self.nearest = int(np.argmin(times)), int(np.argmin(np.abs(self.elapsed)))
         places = np.concatenate([scenario.platform_of(s).position_at(s.times) for s in sensors])
         self.origin = places[self.first]
         self.away = np.ascontiguousarray((places - self.origin).T)
@@ -60,28 +59,21 @@ class Places:
         turned = np.hypot(*(self.away - (uniform @ motion[0]).T))
         self.turns = np.linalg.norm(turned / self.sigma) > FIRST_RANGE
 
-    def gaps(self, state):
-        """Where targets are as seen from the platforms, two arrays ``(runs, N)``, of states ``(runs, 4)``."""
-        x, y, vx, vy = state.T[:, :, None]
+    def ranges(self, state):
+        """Ranges ``(runs, N)`` at which what is measured was emitted, of states ``(runs, 4)``."""
+        x, y, vx, vy = slower_than_sound(state, self.slowest_sound).T[:, :, None]
         dx, dy = self.elapsed * vx, self.elapsed * vy
         dx += x - self.away[0]
         dy += y - self.away[1]
-        return dx, dy
-
-    def ranges(self, state):
-        """Ranges ``(runs, N)`` at which what is measured was emitted, of states ``(runs, 4)``."""
-        state = slower_than_sound(state, self.slowest_sound)
-        dx, dy = self.gaps(state)
         if not self.slowness.any():
             return np.sqrt(dx * dx + dy * dy)
-        vx, vy = state.T[2:, :, None]
         late = self.slowness * (vx * dx + vy * dy)
         slack = 1 - self.slowness**2 * (vx * vx + vy * vy)
         return (np.sqrt(late * late + slack * (dx * dx + dy * dy)) - late) / slack
 
 
 class Equations:
-    """The equations of bearings ``(runs, N)``, for a state at the middle of the times."""
+    """The equations of bearings ``(runs, N)``, for a state at the reference time."""
 
     def __init__(self, places, angles):
         self.places, self.angles = places, angles
@@ -106,12 +98,12 @@ class Equations:
             s = here.elapsed - distance * here.slowness
             weight = 1 / (here.sigma * distance)
         matrix, right = _normal_equations(self.products @ _powers(s, weight).mT)
-        theta = self.angles[:, here.halfway]
+        theta = self.angles[:, here.nearest]
         sides = np.zeros((len(right), 4, 2))
         sides[..., 0], sides[:, 0, 1], sides[:, 1, 1] = right, np.sin(theta), np.cos(theta)
         solved = _solve(matrix, sides)
         with np.errstate(invalid="ignore"):  # without its bias a matrix need not be positive
-            spread = np.sqrt(np.vecdot(sides[..., 1], solved[..., 1])) / distance[:, here.halfway]
+            spread = np.sqrt(np.vecdot(sides[..., 1], solved[..., 1])) / distance[:, here.nearest]
         return self._finished(solved[..., 0]), spread
 
     def held(self, ranges, runs=slice(None)):
@@ -140,6 +132,8 @@ class Equations:
 
 def slower_than_sound(state, sound):
     """The states ``(..., 4)`` with speeds of at most `FASTEST` of that of sound."""
+    if np.isinf(sound):
+        return state
     state = state.copy()
     mach = np.hypot(state[..., 2], state[..., 3]) / sound
     state[..., 2:] /= np.maximum(1.0, mach / FASTEST)[..., None]
@@ -162,14 +156,10 @@ def _normal_equations(moments):
 
 
 def _solve(matrix, right):
-    """Solutions ``(..., n, m)`` of normal equations, unknowns scaled; NaN where there are none."""
+    """Solutions ``(..., n, m)`` of normal equations, unknowns scaled; NaN for a matrix that is not finite."""
     n = matrix.shape[-1]
     with np.errstate(all="ignore"):
         scale = 1 / np.sqrt(np.diagonal(matrix, axis1=-2, axis2=-1))[..., None]
         scaled = matrix * (scale * scale.mT)
-        bad = ~np.isfinite(scaled).all(axis=(-2, -1))
-        scaled[bad] = np.eye(n)
-        scaled[..., np.arange(n), np.arange(n)] += 1e-12
-        solution = scale * np.linalg.solve(scaled, scale * right)
-    solution[bad] = np.nan
-    return solution
+        scaled[..., np.arange(n), np.arange(n)] += 1e-12  # nothing is exactly singular
+        return scale * np.linalg.solve(scaled, scale * right)

@@ -1,7 +1,7 @@
 """A fit without a guess: equations, a fit of condensed bearings, and ranges where that is not enough.
 
-A run goes through these attempts until it is *settled*: its fit has converged, explains the bearings, is
-slower than sound, and is nowhere on top of a platform. The lowest criterion counts.
+A run goes through these attempts until it is *settled*: its fit has converged, explains the bearings and is
+slower than sound. The lowest criterion counts.
 
 1. A fit from the solution of pseudolinear equations (see `tmalib.pseudolinear`); where these do not tell the
    range, it is held at `MIDDLE_RANGE`.
@@ -10,13 +10,11 @@ slower than sound, and is nowhere on top of a platform. The lowest criterion cou
 4. The first and the third with all bearings, where nothing explains the condensed ones: those of a target
    that passes close are no lines.
 
-Where the equations should tell the range and do not, the second is always made.
+Where the equations should tell the range and do not, the second is always made: a target that goes along
+with the platform, at no distance, has any bearing, and where little tells the range that may be a minimum.
 
 The attempts use condensed bearings, a few dozen values (see `tmalib.condensed`); one or two steps with all
 measurements are left then. Where there is nothing to condense, the first attempt is the fit itself.
-
-A target on top of a platform is suspicious, for a target that goes along with the platform, at no distance,
-has any bearing: where little tells the range this may be a minimum, and a lower one may be elsewhere.
 """
 
 from __future__ import annotations
@@ -37,7 +35,6 @@ RANGES = np.geomspace(200.0, 120e3, 16)  # metres, at the first bearing
 MIDDLE_RANGE = 20e3
 WEAK = 0.15  # relative standard deviation of a range that the equations do not tell
 SUSPICIOUS = 4.0  # standard deviations by which a criterion exceeds its freedom
-ON_TOP = 100.0  # metres
 SUBSONIC = 0.95  # share of the slowest sound
 TOLERANCE = 0.3  # of a fit of condensed bearings
 FIRST_PASSES, PASSES = 10, 30  # of a fit; where the first takes longer, ranges are tried
@@ -49,10 +46,11 @@ class _Prepared:
     """What does not depend on the bearings: a scenario made into fewer values, and into fewer still."""
 
     def __init__(self, scenario, make=lines, make_fewer=means):
-        self.fine = Condensed(scenario, make)
+        middle = (scenario.times.min() + scenario.times.max()) / 2
+        self.fine = Condensed(scenario, make, middle)
         self.scenario = self.fine.scenario
-        self.coarse = Condensed(self.scenario, make_fewer)
-        self.places, self.few_places = Places(self.scenario), Places(self.coarse.scenario)
+        self.coarse = Condensed(self.scenario, make_fewer, middle)
+        self.places = Places(self.coarse.scenario)
         self.chart, self.few_chart = chart_of(self.scenario), chart_of(self.coarse.scenario)
         self.plane = np.concatenate(moving_pairs(self.scenario.coordinates))
         freedom = max(1, len(self.scenario.times) - len(self.scenario.coordinates))
@@ -64,11 +62,24 @@ class _Prepared:
 
     def equations(self, values):
         """The pseudolinear equations of means of values ``(runs, N')``."""
-        return Equations(self.few_places, self.coarse.of(values))
+        return Equations(self.places, self.coarse.of(values))
 
     def complete(self, plane):
         """States of the scenario from those of the equations."""
-        return complete_state(self.scenario, plane, self.few_places.middle)
+        return complete_state(self.scenario, plane, self.scenario.reference_time)
+
+    def state_of(self, scenario, state):
+        """States ``(runs, n)`` at the reference time of a scenario with these bearings, from those here."""
+        whole = complete_state(scenario, state[:, self.plane], self.scenario.reference_time)
+        for i, name in enumerate(self.scenario.coordinates):
+            if name not in PLANE:
+                whole[:, scenario.coordinates.index(name)] = state[:, i]
+        return whole
+
+    def back(self, scenario, state):
+        """The inverse of `state_of` for a scenario of the same unknowns."""
+        duration = self.scenario.reference_time - scenario.reference_time
+        return propagate(state, duration, self.scenario.coordinates)
 
     def mach(self, state):
         """Speeds ``(runs,)`` as shares of that of the slowest sound by which the target is heard."""
@@ -76,11 +87,7 @@ class _Prepared:
 
     def settled(self, found):
         """Whether fits need no further attempt, ``(runs,)``."""
-        there = propagate(found.state[:, self.plane], self.places.middle - self.scenario.reference_time)
-        there[:, :2] -= self.places.origin
-        dx, dy = self.places.gaps(there)
-        far = (dx * dx + dy * dy).min(axis=1) > ON_TOP**2
-        return found.converged & (found.cost <= self.most) & far & (self.mach(found.state) < SUBSONIC)
+        return found.converged & (found.cost <= self.most) & (self.mach(found.state) < SUBSONIC)
 
 
 _prepared = lru_cache(maxsize=16)(_Prepared)
@@ -107,25 +114,25 @@ def fit_without_start(scenario, angles, *settings):
         Without bearings, or for a further unknown that no model has a guess of.
     """
     ready = _prepared(scenario)
-    values = ready.fine.of(angles)
-    start, doubtful = _from_equations(ready, values)
+    with np.errstate(invalid="ignore"):  # bearings that are not finite
+        values = ready.fine.of(angles)
+        start, doubtful = _from_equations(ready, values)
     if ready.fine.same:
         first = *settings[:3], min(settings[3], FIRST_PASSES)
-        found = lm.minimise_in_blocks(scenario, angles, start, *first)
+        done = lm.minimise_in_blocks(scenario, angles, ready.state_of(scenario, start), *first)
+        found = done._replace(state=ready.back(scenario, done.state))
     else:
         found = ready.fit(values, start, FIRST_PASSES)
     settled = ready.settled(found) & ~doubtful | (found.status == NOT_FINITE)
-    tried = np.flatnonzero(~settled)
+    tried, state = np.flatnonzero(~settled), found.state
     if len(tried):
-        found.put(tried, _search(scenario, ready, angles[tried], found.of(tried)))
-    left = tried if ready.fine.same else np.arange(len(angles))
-    if len(left):
-        start = _with_further_unknowns(scenario, ready, found.state[left])
-        final = _in_both_charts(scenario, angles[left], start, settings)
-        if len(left) == len(angles):
-            return final
-        found.put(left, final)
-    return found
+        state[tried] = _search(scenario, ready, angles[tried], found.of(tried)).state
+    if not ready.fine.same:
+        return _in_both_charts(scenario, angles, ready.state_of(scenario, state), settings)
+    if len(tried):
+        start = ready.state_of(scenario, state[tried])
+        done.put(tried, _in_both_charts(scenario, angles[tried], start, settings))
+    return done
 
 
 def _in_both_charts(scenario, angles, start, settings):
@@ -175,10 +182,10 @@ def _from_equations(ready, values):
     equations = ready.equations(values)
     plane, spread = equations.free(ROUNDS)
     weak = ~(spread < WEAK)
-    held = np.flatnonzero(weak | ~ready.few_places.turns)
+    held = np.flatnonzero(weak | ~ready.places.turns)
     if len(held):
         plane[held] = equations.held([MIDDLE_RANGE], held)[:, 0]
-    return ready.complete(plane), weak & ready.few_places.turns
+    return ready.complete(plane), weak & ready.places.turns
 
 
 def _equations(ready, values):
@@ -215,21 +222,11 @@ def _lowest(cost, runs, count):
     return (order + cost.shape[1] * np.arange(runs)[:, None]).ravel()
 
 
-def _with_further_unknowns(scenario, ready, state):
-    """States ``(runs, n)`` of the scenario, from those of its bearings alone."""
-    names = ready.scenario.coordinates
-    if names == scenario.coordinates:
-        return state
-    whole = complete_state(scenario, state[:, ready.plane], scenario.reference_time)
-    whole[:, [scenario.coordinates.index(name) for name in names]] = state
-    return whole
-
-
 def starts_at_ranges(scenario, angles):
     """States ``(S, n)`` of one run ``(N,)``, one for each of `RANGES` at the first bearing."""
     ready = _prepared(scenario)
     plane = ready.equations(ready.fine.of(angles[None])).held(RANGES)[0]
-    return _with_further_unknowns(scenario, ready, ready.complete(plane))
+    return ready.state_of(scenario, ready.complete(plane))
 
 
 def complete_state(scenario, plane, time):

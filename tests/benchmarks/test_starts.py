@@ -4,6 +4,11 @@ A run is *lost* if the fit without a start has not converged, or has converged *
 above the best that is known: that of the fit from the truth and, for one scenario in ten, of scipy's
 `least_squares` from forty random starts. The interval is that of Clopper and Pearson, 95 percent.
 
+A minimum far beyond the ranges that are tried is not looked for, and counts as lost all the same. Of two
+platforms with `STARTS_SEED=33`, run 1 of scenario 220 has one, 4.5 below the other: a target that was
+46 km away is 560 km away there, at 243 m/s. Fits from held ranges of 120 km and less all end at the nearer
+minimum; from 300 km they end at the other. With 40 starts of up to 60 km scipy comes there by a long step.
+
 `STARTS=830 make bench` takes 830 scenarios a family, 5 000 in all; `STARTS_SEED` draws others.
 """
 
@@ -50,7 +55,7 @@ def study(family, number):
         lost = elsewhere | (~found.converged & np.isfinite(best))
         counts.append(np.stack([lost, elsewhere]))
         cases += [
-            (k, int(run), found.reason[run], found.cost[run], best[run]) for run in np.flatnonzero(lost)
+            (k, int(run), found.status[run], found.cost[run], best[run]) for run in np.flatnonzero(lost)
         ]
     return np.concatenate(counts, axis=1), np.array(many), np.array(single), cases
 
@@ -77,9 +82,10 @@ def test_starts():
     )
     print(f"time over that of a fit from the truth, {TIMED_RUNS} runs and 1 run, in one scenario of {EVERY}")
     print("family               runs    lost                elsewhere     many      one")
-    studies = [study(family, number) for number, family in enumerate(FAMILIES)]
-    for family, (counts, many, single, _) in zip(FAMILIES, studies, strict=True):
-        row(family, counts, many, single)
+    studies = []
+    for number, family in enumerate(FAMILIES):
+        studies.append(study(family, number))
+        row(family, *studies[-1][:3])
     row("all", *(np.concatenate([s[i] for s in studies], axis=-1) for i in range(3)))
     for family, (*_, cases) in zip(FAMILIES, studies, strict=True):
         for k, run, why, cost, best in cases:
