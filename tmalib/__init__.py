@@ -37,7 +37,7 @@ from .curved import AcceleratedBearing, TurningBearing
 from .doppler import DopplerFrequency
 from .ellipse import Ellipse, confidence_ellipse
 from .estimate import Estimate, Fit
-from .files import Frame, RecordedCourse, load, read_bearings, read_track, save
+from .files import Frame, RecordedCourse, load, read_bearings, read_track, save, write_bearings
 from .ghosts import NearGhost, admissible, find_ghosts, near_ghosts
 from .minima import Alternative, alternatives, distinct_minima
 from .models import check_model
@@ -54,6 +54,7 @@ from .residuals import ResidualTest, ResidualTests, residual_tests
 from .scenario import Scenario
 from .sensors import Sensor
 from .sound_speed import DelayedBearingUnknownSpeed
+from .summary import summarise
 from .uniform import propagate, transition
 
 __version__ = "0.1.0"
@@ -139,7 +140,9 @@ __all__ = [
     "sensitivity",
     "sir",
     "statistics",
+    "summarise",
     "transition",
     "update",
     "wrap",
+    "write_bearings",
 ]  # fmt: skip

@@ -87,6 +87,16 @@ class Fit:
             f"{self.scenario.reference_time:g} s)"
         )
 
+    def __str__(self):
+        from .summary import as_text, summarise  # imported here: it lies above
+
+        return as_text(summarise(self))
+
+    def _repr_html_(self):
+        from .summary import as_html, summarise
+
+        return as_html(summarise(self))
+
     @property
     def converged(self):
         """Which runs ended at a minimum, ``(...)``: observable, at a finite range, the lowest found."""

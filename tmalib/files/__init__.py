@@ -9,7 +9,8 @@
 ``heading``, optional      degrees clockwise from true north (from the y axis where there are x and y)
 =========================  ==========================================================================
 
-*Bearings*, for `read_bearings`: one row a bearing, in order of time for each sensor.
+*Bearings*, for `read_bearings` and from `write_bearings`: one row a bearing, in order of time for each
+sensor.
 
 =========================  ==========================================================================
 ``time``                   as the own ship's
@@ -30,10 +31,13 @@ read of REP files.
 The geographic columns need `pyproj`: ``pip install "tmalib[geo]"``.
 """
 
-from .contacts import read_bearings
+from .contacts import read_bearings, write_bearings
 from .frame import Frame
 from .saved import load, save
 from .text import MAX_BYTES, MAX_ROWS
 from .tracks import RecordedCourse, read_track
 
-__all__ = ["MAX_BYTES", "MAX_ROWS", "Frame", "RecordedCourse", "load", "read_bearings", "read_track", "save"]
+__all__ = [
+    "MAX_BYTES", "MAX_ROWS", "Frame", "RecordedCourse", "load", "read_bearings", "read_track", "save",
+    "write_bearings",
+]  # fmt: skip

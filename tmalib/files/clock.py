@@ -59,3 +59,10 @@ def unix_seconds(moment):
 def moment_of(seconds):
     """The `datetime` of seconds since 1970, rounded down to a microsecond."""
     return UNIX_EPOCH + timedelta(microseconds=int((seconds * 10**6).to_integral_value("ROUND_FLOOR")))
+
+
+def date_time_of(seconds):
+    """The date-time in UTC of exact seconds since 1970, a text that `parse_time` reads back."""
+    whole = seconds.to_integral_value("ROUND_FLOOR")
+    fraction = f"{(seconds - whole).normalize():f}"[1:] if seconds != whole else ""
+    return f"{moment_of(whole):%Y-%m-%dT%H:%M:%S}{fraction}Z"

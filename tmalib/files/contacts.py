@@ -1,6 +1,10 @@
-"""Bearings from a file: a scenario without a target, and what was measured."""
+"""Bearings from a file, a scenario without a target and what was measured; and bearings to a file."""
 
 from __future__ import annotations
+
+import csv
+from decimal import Decimal
+from pathlib import Path
 
 import numpy as np
 
@@ -9,6 +13,7 @@ from ..checks import check_scalar
 from ..scenario import Scenario
 from ..sensors import Sensor
 from . import debrief
+from .clock import date_time_of, unix_seconds
 from .tables import ANGLE_OR_NONE, SIGMA_OR_NONE, SOUND_SPEED_OR_NONE, TIME, Table, name_cell, read_csv
 from .text import format_of, refuse
 from .tracks import PLAIN, RecordedCourse, seconds_in
@@ -156,11 +161,11 @@ def _sigmas(table, heard, given):
     if given is not None:
         sigma = np.where(known, sigma, given)
     elif not known.any():
-        table.refuse("no standard deviation; give it in the file or as sigma=... in radians", 0, "sigma")
+        table.refuse("no standard deviation; give it in the file, or one sigma for all", 0, "sigma")
     else:
         sigma = np.where(known | heard, sigma, sigma[known][0])
         if (row := table.row_where(np.isnan(sigma))) is not None:
-            table.refuse("no standard deviation; give it here or as sigma=... in radians", row, "sigma")
+            table.refuse("no standard deviation; give it here, or one sigma for all", row, "sigma")
     return float(sigma[0]) if np.all(sigma == sigma[0]) else sigma
 
 
@@ -172,3 +177,65 @@ def _model(table, given):
     if (row := table.row_where(np.isfinite(speed) & (speed != known[0]))) is not None:
         table.refuse(f"a sensor has one sound speed, and had {known[0]} m/s before", row, "sound_speed")
     return DelayedBearing(float(known[0]))
+
+
+def write_bearings(path, scenario, angles):
+    """Write the bearings of one run to a table that `read_bearings` reads.
+
+    Parameters
+    ----------
+    path : str or path
+        Is overwritten.
+    scenario : Scenario
+        Of sensors with `Bearing` or `DelayedBearing`, each with its own name, all on the platform.
+    angles : array_like, shape (N,)
+        In radians, in the scenario's order; NaN where nothing was heard.
+
+    Raises
+    ------
+    ValueError
+        For another shape, and for sensors that a table cannot hold; no file is written then.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import tmalib as tma
+    >>> ship = tma.RecordedCourse([0, 60], [(0, 0), (0, 300)])
+    >>> ear = tma.Sensor(tma.Bearing(), [0.0, 30.0], sigma=np.radians(1), name="bow")
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "bearings.csv")
+    >>> write_bearings(path, tma.Scenario(ship, [ear], 60), np.radians([10.0, -10.0]))
+    >>> print(path.read_text(encoding="utf-8"), end="")
+    time,bearing,sigma,sensor,sound_speed
+    0.0,10.0,1.0,bow,
+    30.0,350.0,1.0,bow,
+    """
+    angles = scenario.check_measurements(angles)
+    if angles.ndim != 1:
+        raise ValueError(f"angles must be of one run, shape ({len(scenario.times)},), got {angles.shape}")
+    names = [sensor.name for sensor in scenario.sensors]
+    if len(set(names)) < len(names):
+        raise ValueError(f"sensors must have different names to be written to a table, got {names}")
+    rows = [row for block in scenario.blocks for row in _rows(scenario, block, angles[block.columns])]
+    with Path(path).open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(["time", "bearing", "sigma", "sensor", "sound_speed"])
+        table.writerows(rows)
+
+
+def _rows(scenario, block, angles):
+    """Cells of a sensor's rows."""
+    sensor, platform = block.sensor, scenario.platform
+    if type(sensor.model) not in (Bearing, DelayedBearing) or scenario.platform_of(sensor) is not platform:
+        raise ValueError(
+            f"a table holds bearings of one platform, and {sensor.name} is a {type(sensor.model).__name__}"
+            f"{'' if sensor.platform is None else ' with a platform of its own'}"
+        )
+    frame = getattr(platform, "frame", PLAIN)
+    speed = getattr(sensor.model, "c", "")
+    degrees = np.degrees(angles - frame.true_north(platform.position_at(sensor.times))) % 360
+    sigmas = np.broadcast_to(np.nan if sensor.sigma is None else np.degrees(sensor.sigma), degrees.shape)
+    for time, *numbers in zip(sensor.times.tolist(), degrees.tolist(), sigmas.tolist(), strict=True):
+        if frame.epoch is not None:
+            time = date_time_of(unix_seconds(frame.epoch) + Decimal(repr(time)))
+        bearing, sigma = ("" if np.isnan(number) else number for number in numbers)
+        yield time, bearing, sigma, sensor.name, speed
