@@ -65,6 +65,16 @@ def test_it_works_alone(wheel):
     assert all(float(word) > 0 for word in done.stdout.split())
 
 
+def test_the_command_is_in_it(wheel):
+    site, _ = wheel
+    (entries,) = site.glob("*.dist-info/entry_points.txt")
+    assert "[console_scripts]\ntmalib = tmalib.command:main\n" in entries.read_text(encoding="utf-8")
+    command = [sys.executable, "-m", "tmalib", "fit", "--help"]
+    done = subprocess.run(command, cwd=site, env={"PYTHONPATH": str(site)}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "usage: tmalib fit" in done.stdout
+
+
 def test_version_and_requirements_are_said_once(wheel):
     _, metadata = wheel
     assert f"\nVersion: {tma.__version__}\n" in metadata
