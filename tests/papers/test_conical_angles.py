@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 import tmalib as tma
 from tmalib.papers.conical_angles import experiments, quadratic, tables
@@ -97,6 +98,65 @@ def test_runs_without_a_finite_estimate_prefer_infinity():
     kappas = [0.0, 1e-3, 0.03, 0.1, 0.3, 0.6, 1.0]
     cost = quadratic.profile(conical.section_3_2(assumed_depth=200.0), measured[~finite], kappas)
     assert np.all(cost[:, 1:].min(axis=1) > cost[:, 0] - 1e-4)
+
+
+def test_the_nearest_target_at_infinity_is_a_minimum_to_nine_digits():
+    """By scipy, in other coordinates: the direction and its change, and the speed along over the range."""
+    scenario = conical.section_3_2(assumed_depth=200.0)
+    measured, times = scenario.measure(), scenario.times
+
+    def residuals(unknowns):
+        across, change, along = unknowns * [1.0, 1e-3, 1e-3]
+        ahead = 1 + along * times
+        return (ahead / np.hypot(ahead, across + change * times) - measured) / conical.SIGMA
+
+    best = least_squares(residuals, [0.7, 0.4, -0.3], xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    found = quadratic.nearest_at_infinity(scenario)
+    assert found.cost == pytest.approx(2 * best.cost, rel=1e-9)
+
+
+def test_the_optimiser_of_scipy_finds_the_estimate_where_there_is_one():
+    scenario = conical.section_3_2(1.7e-4, assumed_depth=200.0)
+    found = experiments.one_ray_by_scipy(5, 20, 1.7e-4, 1e-12)["state"]
+    ours = tma.fit(scenario, scenario.simulate(20, 5), scenario.state, tolerance=1e-8)
+    np.testing.assert_allclose(found, ours.state, rtol=1e-4)
+
+
+def test_the_optimiser_of_scipy_goes_farther_with_a_smaller_tolerance():
+    coarse, fine = (experiments.one_ray_by_scipy(5, 60, conical.SIGMA, t)["state"] for t in (1e-4, 1e-6))
+    assert np.ptp(fine[:, 1]) > 3 * np.ptp(coarse[:, 1])
+
+
+def test_two_rays_by_gauss_newton_step_by_step():
+    scenario = conical.section_5_2(2000.0, assumed_depth=300.0)
+    measured, state = scenario.simulate(1, 4)[0], np.array([8000.0, 8000.0, 0.0, 0.0])
+    for _ in range(20):
+        value, gradient = scenario.linearise(state)
+        state = state + np.linalg.lstsq(gradient, measured - value)[0]
+    found = experiments.two_rays_by_gauss_newton(4, 1, bottom_depth=2000.0)
+    assert found["converged"].all()
+    np.testing.assert_allclose(found["state"][0], state, rtol=1e-3)
+
+
+def test_the_close_target_has_an_estimable_depth():
+    """The bound from differences of cosines that are written out by hand."""
+
+    def cosines(state):
+        x, y, z, vx, vy = state
+        times = np.arange(0, 301, 4.0)
+        east, north = x + vx * times, y + vy * times
+        images = (z - 20.0, 2 * 2000.0 - z - 20.0)
+        return np.concatenate([north / np.sqrt(east**2 + north**2 + image**2) for image in images])
+
+    truth, steps = np.array([500.0, 800.0, 300.0, -2.0, -3.0]), np.diag([0.1, 0.1, 0.1, 1e-3, 1e-3])
+    columns = [(cosines(truth + s) - cosines(truth - s)) / (2 * s.sum()) for s in steps]
+    jacobian = np.stack(columns, axis=1) / 1.7e-2
+    by_hand = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))
+    np.testing.assert_allclose(tma.crlb_sigma(conical.close_target()), by_hand, rtol=1e-4)
+    assert by_hand[2] < 10
+    found = experiments.close_target(1, 50)
+    assert found["converged"].all()
+    assert np.abs(found["errors"]).max(axis=0)[2] < 5 * by_hand[2]
 
 
 def test_first_order_bias_of_a_small_error_is_the_bias():

@@ -20,6 +20,18 @@ def test_the_course_as_computed_leg_by_leg():
     np.testing.assert_allclose(tma.crlb_sigma(by_hand), tma.crlb_sigma(conical.section_4_2()), rtol=1e-9)
 
 
+def test_estimators_of_the_text_have_its_turn_and_no_lag():
+    for name, scenario in turning.estimators("printed").items():
+        assert scenario.sensors[0].model.heading_lag == 0, name
+        assert scenario.platform.heading_at(502.0) < np.radians(270) - 0.01, "404 s are not over"
+        assert scenario.platform.heading_at(504.5) == pytest.approx(np.radians(270)), "and now they are"
+    bound = turning.reference_covariances("printed")["reduced"]
+    by_hand = tma.crlb(conical.turning_array(404.0, lag=0.0, assumed_depth=100.0))
+    np.testing.assert_array_equal(bound, by_hand)
+    found = turning.three_estimators(seed=1, runs=20, path="printed")
+    assert found["plain_cost"].mean() == pytest.approx(196, abs=25)
+
+
 def test_an_array_that_points_north_measures_the_northward_cosine():
     scenario = turning.held_north(conical.turning_array(405.0, lag=0.0))
     dx, dy = (scenario.target.position_at(scenario.times) - scenario.platform.position_at(scenario.times)).T

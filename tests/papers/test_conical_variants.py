@@ -85,3 +85,45 @@ def test_outward_is_along_the_ellipse_and_away_from_the_array(centre):
     along = np.array(centre) / np.hypot(*centre)
     shape = tma.confidence_ellipse(centre, 1e4 * np.outer(along, along) + np.eye(2))
     np.testing.assert_allclose(drawing.outward(shape), along, atol=1e-12)
+
+
+def test_factors_have_the_spread_asked_for_and_are_not_the_noise():
+    factors = variants.random_factors(PAPER.stream("example"), 4000, 0.97, 0.02)
+    assert factors.shape == (4000, 1)
+    assert abs(factors.mean() - 0.97) < 4 * 0.02 / np.sqrt(4000)
+    assert abs(factors.std() / 0.02 - 1) < 4 / np.sqrt(8000)
+    noise = np.random.default_rng(PAPER.stream("example").chunk()).normal(size=4000)
+    assert abs(np.corrcoef(factors[:, 0], noise)[0, 1]) < 4 / np.sqrt(4000)
+
+
+def correlated_errors(runs, seed):
+    """Gaussian errors correlated as those of Table 5, with other spreads, and their covariance."""
+    scale = np.diag([400.0, 250.0, 1.2, 2.4])
+    correlation = [[1, 0.9, -0.8, -0.8], [0.9, 1, -0.8, -0.8], [-0.8, -0.8, 1, 0.9], [-0.8, -0.8, 0.9, 1]]
+    covariance = scale @ correlation @ scale
+    return np.random.default_rng(seed).multivariate_normal([0, 0, 0, 0], covariance, runs), covariance
+
+
+@pytest.mark.parametrize("columns", [("std_sample",), ("bias", "std_sample")])
+def test_joint_chi_square_of_gaussian_errors_by_the_closed_form(columns):
+    """Sample deviations of Gaussian errors have the covariance ``c^2 / (2 s_i s_j n)``, means ``c / n``."""
+    errors, covariance = correlated_errors(400_000, 1)
+    std = np.sqrt(np.diag(covariance))
+    blocks = {"bias": covariance, "std_sample": covariance**2 / (2 * np.outer(std, std))}
+    values = {"bias": np.zeros(4), "std_sample": std}
+    expected = 0.0
+    for column in columns:  # means and deviations of Gaussian errors are independent
+        printed = [PAPER.printed("Table 5", row, column) for row in tables.ROWS]
+        rounding = np.diag([p.last_digit**2 / 12 for p in printed])
+        off = values[column] - [p.value for p in printed]
+        expected += off @ np.linalg.solve(blocks[column] / 500 + rounding, off)
+    found, degrees = tables.joint_chi_square("Table 5", errors, columns)
+    assert degrees == 4 * len(columns)
+    assert found == pytest.approx(expected, rel=0.03)
+
+
+def test_joint_chi_square_of_right_samples_has_its_degrees_of_freedom_as_mean():
+    errors, _ = correlated_errors(100_000, 2)
+    samples = errors.reshape(-1, 500, 4)
+    found = [tables.joint_chi_square("Table 5", errors, sample=sample)[0] for sample in samples]
+    assert abs(np.mean(found) - 4) < 4 * np.sqrt(8 / len(found))

@@ -108,7 +108,8 @@ def nearest_at_infinity(scenario):
     """
     x, y, u, _ = scenario.state
     start = [x / y, u / y, to_quadratic(scenario, scenario.state)[3]]
-    return fit(quadratic_scenario(scenario, kappa=0.0), scenario.measure(), np.array(start))
+    at_infinity = quadratic_scenario(scenario, kappa=0.0)
+    return fit(at_infinity, scenario.measure(), np.array(start), tolerance=1e-9)
 
 
 def profile(scenario, measured, kappas):

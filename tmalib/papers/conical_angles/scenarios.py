@@ -119,3 +119,17 @@ def section_5_2(bottom_depth, assumed_depth=None, exchanged=False):
         for ray, name in ((DIRECT, "direct"), (BOTTOM_BOUNCE, "bottom bounce"))
     ]
     return Scenario(platform, sensors, reference_time=0.0, target=target(depth))
+
+
+def close_target():
+    """Not in the paper: two rays at a motionless array as in Section 5.2, and a target whose depth they tell.
+
+    It passes close by, 300 m deep, with the array at 20 m and the bottom at 2000 m.
+    """
+    platform = Course((0, 0), speed=0.0, heading=0.0, legs=[Straight(300.0)])
+    sensors = [
+        Sensor(ConicalAngle(ray, 20.0, 2000.0), _times(300), SIGMA, name)
+        for ray, name in ((DIRECT, "direct"), (BOTTOM_BOUNCE, "bottom bounce"))
+    ]
+    passing = Target.from_velocity((500.0, 800.0), (-2.0, -3.0), depth=300.0)
+    return Scenario(platform, sensors, reference_time=0.0, target=passing)

@@ -38,29 +38,32 @@ def held_north(scenario):
     return replace(scenario, platform=HeldNorth(scenario.platform))
 
 
-def estimators():
-    """The scenarios that the three estimators assume: ``plain``, ``reduced`` and ``conventional``."""
+def estimators(path="computed"):
+    """The scenarios that the three estimators assume: ``plain``, ``reduced`` and ``conventional``.
+
+    ``path`` as in `scenarios.section_4_2`: the course and heading as computed or as printed.
+    """
     return {
-        "plain": conical.section_4_2(),
-        "reduced": conical.section_4_2(assumed_depth=ASSUMED_DEPTH),
-        "conventional": conical.section_4_2(conventional=True),
+        "plain": conical.section_4_2(path=path),
+        "reduced": conical.section_4_2(ASSUMED_DEPTH, path),
+        "conventional": conical.section_4_2(path=path, conventional=True),
     }
 
 
-def reference_covariances():
+def reference_covariances(path="computed"):
     """Covariances that the printed NEES refer to: bounds at the true depth, with and without it in the
     state, and the inverse of the information of the conventional model at the true state.
     """
-    scenarios = estimators()
+    scenarios = estimators(path)
     return {
         "plain": crlb(scenarios["plain"]),
-        "reduced": crlb(conical.section_4_2(assumed_depth=conical.TARGET_DEPTH)),
+        "reduced": crlb(conical.section_4_2(conical.TARGET_DEPTH, path)),
         "conventional": crlb(scenarios["conventional"]),
     }
 
 
-def three_estimators(seed, runs):
-    """One chunk of Section 4.2: all three estimators on the same measurements.
+def three_estimators(seed, runs, path="computed"):
+    """One chunk of Section 4.2: all three estimators on the same measurements; ``path`` as in `estimators`.
 
     Returns
     -------
@@ -69,7 +72,7 @@ def three_estimators(seed, runs):
         and, ``(runs,)``, ``<name>_nees`` (against `reference_covariances`), ``_converged``,
         ``_iterations``, ``_cost``.
     """
-    scenarios, covariances = estimators(), reference_covariances()
+    scenarios, covariances = estimators(path), reference_covariances(path)
     measured = scenarios["plain"].simulate(runs, seed)
     found = {}
     for name, scenario in scenarios.items():

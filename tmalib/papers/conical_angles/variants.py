@@ -15,6 +15,7 @@ from ...charts import Cartesian
 from . import scenarios as conical
 
 START = (8000.0, 8000.0, 0.0, 0.0)  # m and m/s: that of the paper
+FACTORS = 10_000  # a chunk of the stream that no runs use
 
 
 def attempt(seed, runs, bottom_depth, assumed_depth=300.0, pairs=None, exchanged=(False, False), steps=None):
@@ -43,3 +44,8 @@ def attempt(seed, runs, bottom_depth, assumed_depth=300.0, pairs=None, exchanged
     if steps is not None:  # the first evaluation is that of the start
         settings = {"chart": Cartesian, "safeguard": False, "max_iterations": steps + 1}
     return {"errors": fit(assumed, measured, np.array(START), **settings).state - real.state}
+
+
+def random_factors(stream, runs, mean, std):
+    """Gaussian factors, one a run, ``(runs, 1)``; drawn apart from the noise of the stream's runs."""
+    return np.random.default_rng(stream.chunk(FACTORS)).normal(mean, std, (runs, 1))
