@@ -203,7 +203,7 @@ REFUSED = {
     "milliseconds": (FIT, "time,bearing,sigma\n1714564800000,10,1\n", "bearings.csv, line 2, column 'time'"),
     "decimal commas": (FIT, "time,bearing,sigma\n0,10,1\n60,1,5,1\n", "bearings.csv, line 3: 4 cells"),
     "no number": (FIT, "time,bearing,sigma\n0,ten,1\n", "bearings.csv, line 2, column 'bearing'"),
-    "no sigma": (FIT, "time,bearing\n0,10\n", "bearings.csv, line 2, column 'sigma': no standard deviation"),
+    "too few without sigma": (FIT, "time,bearing\n0,10\n", "an unknown sigma needs three measurements"),
     "after the track": (FIT, "time,bearing,sigma\n0,10,1\n1300,1,1\n", "bearings.csv, line 3, column 'time'"),
     "no bearings": (("fit", "none.csv", "--ownship", "turning.csv"), GOOD, "none.csv: No such file"),
     "no track": (("fit", "bearings.csv", "--ownship", "none.csv"), GOOD, "none.csv: No such file"),

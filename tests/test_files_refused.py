@@ -128,7 +128,6 @@ BEARINGS = {
     "sigma 0": ("time,bearing,sigma\n0,1,0\n", ", line 2, column 'sigma'", "0 is not above 0 to 180 degrees"),
     "sigma -1": ("time,bearing,sigma\n0,1,-1\n", ", line 2, column 'sigma'", "-1 is not above 0"),
     "sigma 200": ("time,bearing,sigma\n0,1,200\n", ", line 2, column 'sigma'", "200 is not above 0 to 180"),
-    "no sigma": ("time,bearing\n0,1\n", ", line 2, column 'sigma'", "no standard deviation"),
     "a sigma missing": (
         "time,bearing,sigma\n0,1,1\n10,1,\n",
         ", line 3, column 'sigma'",

@@ -216,3 +216,10 @@ def test_from_a_file_to_a_track(write):
     course = np.degrees(np.arctan2(fit.state[2], fit.state[3]) - platform.frame.true_north(fit.state[:2]))
     came_from = EARTH.inv(*target[-1], *target[-2])[0]
     assert course % 360 == pytest.approx((came_from + 180) % 360, abs=0.1)
+
+
+def test_a_sigma_that_nobody_knows(write):
+    scenario, _ = tma.read_bearings(write("time,bearing\n0,1\n60,1\n"), SHIP)
+    assert scenario.sensors[0].sigma is None
+    (given,) = tma.read_bearings(write("time,bearing\n0,1\n60,1\n"), SHIP, sigma=0.01)[0].sensors
+    assert given.sigma == 0.01

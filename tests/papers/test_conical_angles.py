@@ -154,7 +154,7 @@ def test_the_close_target_has_an_estimable_depth():
     by_hand = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))
     np.testing.assert_allclose(tma.crlb_sigma(conical.close_target()), by_hand, rtol=1e-4)
     assert by_hand[2] < 10
-    found = experiments.close_target(1, 50)
+    found = experiments.close_target_runs(1, 50)
     assert found["converged"].all()
     assert np.abs(found["errors"]).max(axis=0)[2] < 5 * by_hand[2]
 

@@ -17,7 +17,7 @@ sensor.
 ``bearing``                degrees clockwise from true north (from the y axis where there are x and y);
                            empty where nothing was heard. Or instead of it
 ``relative_bearing``       degrees clockwise from the bow
-``sigma``, optional        standard deviation in degrees
+``sigma``, optional        standard deviation in degrees; `fit` estimates what is not known
 ``sensor``, optional       name of the sensor; without it all rows are of one
 ``sound_speed``, optional  m/s, one a sensor: its bearings are delayed by the way of the sound
 =========================  ==========================================================================

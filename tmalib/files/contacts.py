@@ -34,7 +34,8 @@ def read_bearings(path, platform, *, sigma=None, sound_speed=None, format=None, 
         The own ship, as a rule from `read_track`; its `Frame` says what the times of the file mean and where
         true north is. With any other motion times are plain seconds and bearings are from its y axis.
     sigma : float, optional
-        Standard deviation in radians of the bearings for which the file has none.
+        Standard deviation in radians of the bearings for which the file has none. Without it that of a sensor
+        for which the file has none at all is not known, and `fit` estimates it.
     sound_speed : float, optional
         In m/s, for sensors for which the file has none: their bearings are delayed. Without it, and without
         one in the file, bearings are instantaneous.
@@ -155,13 +156,13 @@ def _angles(table, times, platform, carrier, frame):
 
 
 def _sigmas(table, heard, given):
-    """Standard deviations in radians: a number where all are equal, else an array."""
+    """Standard deviations in radians: a number where all are equal, else an array; `None` if not known."""
     sigma = np.radians(table.array("sigma"))
     known = np.isfinite(sigma)
     if given is not None:
         sigma = np.where(known, sigma, given)
     elif not known.any():
-        table.refuse("no standard deviation; give it in the file, or one sigma for all", 0, "sigma")
+        return None
     else:
         sigma = np.where(known | heard, sigma, sigma[known][0])
         if (row := table.row_where(np.isnan(sigma))) is not None:

@@ -91,7 +91,7 @@ def two_rays_by_gauss_newton(seed, runs, bottom_depth, assumed_depth=300.0, star
     return {"state": found.state, "converged": found.converged}
 
 
-def close_target(seed, runs):
+def close_target_runs(seed, runs):
     """`scenarios.close_target`, depth in the state, from `CLOSE_START`: ``{"errors", "converged"}``."""
     scenario = conical.close_target()
     found = fit(scenario, scenario.simulate(runs, seed), np.array(CLOSE_START))
