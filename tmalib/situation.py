@@ -61,12 +61,12 @@ def situation(fit, frame=None):
 
 
 def _finding(fit, frame):
-    """What the figure shows, in a line."""
+    """What the figure shows, in two lines at most."""
     if not fit.converged:
         return f"No estimate: {fit.status}"
     rows = {row.name: row.text.split(";")[0] for row in describe(at_reference(fit), fit.scenario, frame)}
     wanted = [f"{name} {rows[name]}" for name in ("range", "bearing", "course", "speed") if name in rows]
-    return f"At {rows['reference time']}: " + ", ".join(wanted)
+    return f"At {rows['reference time']}:\n" + ", ".join(wanted)
 
 
 def _plain(name):
