@@ -30,6 +30,16 @@ def test_the_tour_of_the_own_scenario_page():
     assert low < mean < high
 
 
+def test_the_ten_lines_of_the_readme(capsys):
+    (block,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert len([line for line in block.splitlines() if line]) <= 10
+    exec(block, {})
+    out = capsys.readouterr().out
+    assert "converged" in out
+    assert "[]" in out.splitlines(), "nothing speaks against it"
+    assert "Ellipse(" in out
+
+
 @pytest.mark.parametrize("name", sorted(set(tmalib.__all__)))
 def test_public_names_have_docstrings(name):
     assert len(getattr(tmalib, name).__doc__ or "") > 20
