@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import chi2, norm
+from scipy.stats import binomtest, chi2, norm
 
 import tmalib as tma
 
@@ -203,3 +203,19 @@ def test_bad_input_is_refused(found, bad):
         tma.residual_tests(found, lags=bad)
     with pytest.raises(ValueError, match="cosines must be"):
         tma.residual_tests(found, cosines=bad)
+
+
+def test_a_sigma_that_is_too_small_is_called_that_and_nothing_else(scenario):
+    """Sigma a third of what it is: nearly all of 100 runs are told by size alone."""
+    angles = scenario.measure() + 3 * (scenario.simulate(100, seed=21) - scenario.measure())
+    said = [tma.residual_tests(tma.fit(scenario, run)).warnings() for run in angles]
+    alone = sum(bool(texts) and all("as large as sigma says" in text for text in texts) for texts in said)
+    assert binomtest(alone, 100).proportion_ci(0.999).low > 0.85
+
+
+def test_a_wild_bearing_is_still_named_first(scenario):
+    angles = scenario.simulate(100, seed=22)
+    angles[:, 20] += np.radians(20)
+    said = [tma.residual_tests(tma.fit(scenario, run)).warnings()[0] for run in angles]
+    named = sum(f"at {scenario.times[20]:g} s" in text for text in said)
+    assert named > 95

@@ -28,7 +28,7 @@ A residual that is NaN is left out, and its row of ``J`` with it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +39,7 @@ from .residual_words import sentences
 LAGS, COSINES = 10, 8
 FEWEST, FOR_A_LAG = 20, 30  # freedom from which on correlation is tested; measurements for a lag
 RANK = 1e-8  # a singular value of the scaled Jacobian, or a share of a slow function's energy, that is none
+NORMAL_MEDIAN = 0.6745  # of the magnitude of a normal number
 LEVERAGE = 1e-4  # 1 - H_kk from which on a residual says something
 BLOCK_ELEMENTS = 4_000_000  # of the largest array
 
@@ -69,6 +70,9 @@ class ResidualTests:
         Largest standardised residual; the freedom is the number of residuals.
     when : ndarray, shape (..., S + 1)
         Time of the largest residual in seconds.
+    scale : ndarray, shape (..., S + 1)
+        By how much residuals scatter more than sigma says, at least one: their median magnitude over that of a
+        normal number, which a few wild ones do not move.
     status : ndarray of str, shape (...)
         Status of the fit. All tests of a run that has not converged are NaN.
     """
@@ -79,15 +83,24 @@ class ResidualTests:
     correlation: ResidualTest
     largest: ResidualTest
     when: np.ndarray
+    scale: np.ndarray
     status: np.ndarray
 
     def warnings(self, level=0.001):
         """What the tests of one run say in words, a list of sentences; empty if nothing is suspicious.
 
+        Where residuals scatter more than sigma says, drift and the largest are judged by that ``scale``: a
+        sigma that is too small is called that, and nothing else.
+
         A test speaks where its p-value is below ``level``. There are four a sensor and four of all, so that
         with a level of 0.001 one good fit in a hundred is called suspicious. `ValueError` for several runs.
         """
-        return sentences(self, level)
+        drift = _upper(self.drift.statistic / self.scale**2, self.drift.freedom)
+        largest = _of_many(self.largest.statistic / self.scale, self.largest.freedom)
+        judged = replace(
+            self, drift=self.drift._replace(p_value=drift), largest=self.largest._replace(p_value=largest)
+        )
+        return sentences(judged, level)
 
 
 def residual_tests(fit, lags=LAGS, cosines=COSINES):
@@ -155,6 +168,7 @@ def residual_tests(fit, lags=LAGS, cosines=COSINES):
         ResidualTest(*correlation, _upper(*correlation)),
         ResidualTest(*largest, _of_many(*largest)),
         found[8],
+        found[9],
         fit.status,
     )
 
@@ -226,7 +240,16 @@ def _statistics(scenario, state, measured, slow, lags):
     for test in (size, drift, lag_sums, largest):
         statistic, freedom = (np.stack(part, axis=-1).astype(float) for part in zip(*test, strict=True))
         rows += [np.where(freedom > 0, statistic, np.nan), np.where(freedom > 0, freedom, np.nan)]
-    return *rows, np.where(rows[-1] > 0, np.stack(place, axis=-1), np.nan)
+    scale = np.stack([_scale(scaled[:, columns]) for columns in groups], axis=-1)
+    return *rows, np.where(rows[-1] > 0, np.stack(place, axis=-1), np.nan), scale
+
+
+def _scale(magnitudes):
+    """Median magnitude over that of a normal number, at least one; negative ones are left out."""
+    counted = np.where(magnitudes >= 0, magnitudes, np.nan)
+    none = np.isnan(counted).all(axis=-1)
+    counted[none] = 0.0
+    return np.maximum(1.0, np.nanmedian(counted, axis=-1) / NORMAL_MEDIAN)
 
 
 def _orthonormal(matrix):
