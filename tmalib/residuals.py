@@ -71,8 +71,8 @@ class ResidualTests:
     when : ndarray, shape (..., S + 1)
         Time of the largest residual in seconds.
     scale : ndarray, shape (..., S + 1)
-        By how much residuals scatter more than sigma says, at least one: their median magnitude over that of a
-        normal number, which a few wild ones do not move.
+        By how much residuals scatter more than sigma says, at least one: their median magnitude over that of
+        a normal number, which a few wild ones do not move.
     status : ndarray of str, shape (...)
         Status of the fit. All tests of a run that has not converged are NaN.
     """
