@@ -2,7 +2,8 @@
 
 An estimate ``X`` comes with the bound at X as its covariance, ``F(X)^-1``, and a criterion that is chi-square
 with N - n degrees of freedom if model and sigmas are right. Its state at another time t is ``Phi X``, and its
-covariance the bound there, ``Phi F^-1 Phi'``.
+covariance the bound there, ``Phi F^-1 Phi'``. With a robust loss the covariance is that of `tmalib.losses`,
+and the criterion has no known distribution.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from . import status as words
 from .bounds import factor, in_words, inverse_information, weakest_direction
 from .checks import check_scalar
 from .ellipse import confidence_ellipse
+from .losses import SQUARES, influence_and_slope, value_and_weight
 from .sensitivity.response import sandwich_covariance
 from .uniform import propagate
 
@@ -57,6 +59,8 @@ class Fit:
         NaN where there was no measurement.
     estimated : tuple of str
         Names of the sensors whose sigma was estimated.
+    loss : str
+        What was minimised: ``"squares"``, or a robust loss; see `tmalib.losses`.
 
     Examples
     --------
@@ -79,12 +83,14 @@ class Fit:
     scenario: object = field(repr=False)
     measured: np.ndarray = field(repr=False)
     estimated: tuple = ()
+    loss: str = SQUARES
 
     def __repr__(self):
         runs, names = self.status.size, ", ".join(self.scenario.coordinates)
+        loss = f"; loss: {self.loss}" if self.robust else ""
         return (
             f"Fit({runs} run{'s' * (runs != 1)}, {self.converged.sum()} converged; {names} at "
-            f"{self.scenario.reference_time:g} s)"
+            f"{self.scenario.reference_time:g} s{loss})"
         )
 
     def __str__(self):
@@ -103,6 +109,17 @@ class Fit:
         return self.status == words.CONVERGED
 
     @property
+    def robust(self):
+        """Whether the loss was another one than squares."""
+        return self.loss != SQUARES
+
+    @cached_property
+    def weights(self):
+        """How far each measurement was trusted, ``(..., N)``: 0 to 1, all 1 with squares, NaN for none."""
+        square = self.residuals**2
+        return np.where(np.isnan(square), np.nan, value_and_weight(square)[1] if self.robust else 1.0)
+
+    @property
     def freedom(self):
         """Degrees of freedom of the criterion, ``(...)``: measurements less unknowns."""
         return np.sum(~np.isnan(self.measured), axis=-1) - len(self.scenario.coordinates)
@@ -112,11 +129,12 @@ class Fit:
         """Chance of so large a criterion if model and sigmas are right, ``(...)``.
 
         Small where the target turns, a bearing is wild or a unit is wrong; near one where sigma is too large.
-        NaN without freedom, and where a sigma was estimated: the criterion then says nothing.
+        NaN without freedom, and where a sigma was estimated: the criterion then says nothing. NaN with a
+        robust loss, whose criterion has no known distribution.
         """
         from scipy.stats import chi2  # imported here: it costs half a second
 
-        known = (self.freedom > 0) & (len(self.estimated) == 0)
+        known = (self.freedom > 0) & (len(self.estimated) == 0) & (not self.robust)
         return np.where(known, chi2.sf(self.cost, np.where(known, self.freedom, 1)), np.nan)[()]
 
     @cached_property
@@ -124,14 +142,26 @@ class Fit:
         return self._factored(self.scenario, self.state)
 
     def _factored(self, scenario, state):
+        return factor(scenario, state, self._jacobian(scenario, state) * self._scales[0])
+
+    def _jacobian(self, scenario, state):
         with np.errstate(all="ignore"):  # what is not finite is found below
             gradient = scenario.linearise(state)[1] / scenario.sigma[:, None]
         jacobian = np.where(np.isnan(self.measured)[..., None], 0.0, gradient)
         jacobian[~np.isfinite(jacobian).all(axis=(-1, -2))] = np.nan
-        return factor(scenario, state, jacobian)
+        return jacobian
 
-    def _bound(self, factors):
-        return np.where(self.converged[..., None, None], inverse_information(factors), np.nan)
+    @cached_property
+    def _scales(self):
+        """Roots of ``a_s`` and ``b_s`` of `tmalib.losses` for every measurement, ``(..., N, 1)``."""
+        return sensor_scales(self) if self.robust else (1.0, 1.0)
+
+    def _covariance(self, scenario, state, factors):
+        bound = inverse_information(factors)
+        if self.robust:  # A^-1 B A^-1
+            root = (self._jacobian(scenario, state) * self._scales[1]) @ bound
+            bound = root.mT @ root
+        return np.where(self.converged[..., None, None], bound, np.nan)
 
     @property
     def rank(self):
@@ -153,8 +183,11 @@ class Fit:
 
     @cached_property
     def covariance(self):
-        """The bound at the estimate, ``(..., n, n)``; NaN where a run has not converged."""
-        return self._bound(self._factors)
+        """The bound at the estimate, ``(..., n, n)``; NaN where a run has not converged.
+
+        With a robust loss ``A^-1 B A^-1`` of `tmalib.losses`.
+        """
+        return self._covariance(self.scenario, self.state, self._factors)
 
     @cached_property
     def residuals(self):
@@ -166,6 +199,7 @@ class Fit:
     def sandwich(self):
         """Covariance when the model may be wrong, ``(n, n)``, of one run; see `tmalib.sensitivity`."""
         self._one_run("the sandwich")
+        self.check_squares("the sandwich")
         there = ~np.isnan(self.measured)
         return sandwich_covariance(self.scenario.keep(there), self.measured[there], self.state)
 
@@ -196,7 +230,8 @@ class Fit:
         then = replace(self.scenario, reference_time=check_scalar("time", time), target=None)
         elapsed = then.reference_time - self.scenario.reference_time
         state = propagate(self.state, elapsed, then.coordinates)
-        return Estimate(float(time), then.coordinates, state, self._bound(self._factored(then, state)))
+        covariance = self._covariance(then, state, self._factored(then, state))
+        return Estimate(float(time), then.coordinates, state, covariance)
 
     def explain(self):
         """What became of the runs, and what to do next, in words; a line for each status.
@@ -229,6 +264,27 @@ class Fit:
         rank, n = np.asarray(self.rank)[run], len(self.scenario.coordinates)
         return f": rank {rank} of {n}, nothing changes along {direction}. {words.ADVICE[word]}"
 
+    def check_squares(self, what):
+        """`ValueError` for a fit with a robust loss, for what is of the sum of squares."""
+        if self.robust:
+            raise ValueError(f"{what} is of a fit with loss {SQUARES!r}, and this one has {self.loss!r}")
+
     def _one_run(self, what):
         if self.state.ndim != 1:
             raise ValueError(f"{what} is of one run, and these are {self.state.shape[:-1]}; fit one")
+
+
+def sensor_scales(fit):
+    """Roots of ``a_s`` and ``b_s`` for every measurement, ``(..., N, 1)``: means over its sensor."""
+    influence, slope = influence_and_slope(fit.residuals)
+    there = np.isfinite(influence)
+    count = np.maximum(there.sum(axis=-1), len(fit.scenario.coordinates) + 1)
+    more = count / (count - len(fit.scenario.coordinates))
+    scales = np.zeros((2, *influence.shape))
+    for block in fit.scenario.blocks:
+        columns = block.columns
+        here = np.maximum(there[..., columns].sum(axis=-1), 1)
+        for scale, part in zip(scales, (slope, influence**2), strict=True):
+            mean = np.sum(part[..., columns], axis=-1, where=there[..., columns]) / here
+            scale[..., columns] = np.sqrt(np.maximum(mean, 0.0))[..., None]
+    return scales[0][..., None], scales[1][..., None] * np.sqrt(more)[..., None, None]

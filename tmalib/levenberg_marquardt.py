@@ -83,8 +83,12 @@ def minimise_in_blocks(scenario, angles, start, *settings):
     return Outcome(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def minimise(blocks, angles, start, chart, safeguard, tolerance, max_iterations):
-    """The `Outcome` of a two-dimensional block of runs."""
+def minimise(blocks, angles, start, chart, safeguard, tolerance, max_iterations, loss=None):
+    """The `Outcome` of a two-dimensional block of runs.
+
+    A ``loss`` gives values and weights of squared residuals, as `tmalib.losses.value_and_weight` does;
+    without one the squares are the criterion.
+    """
     runs, n = start.shape
     state = np.full((runs, n), np.nan)
     status = np.full(runs, words.NOT_FINITE, dtype=f"<U{words.WIDTH}")
@@ -112,7 +116,7 @@ def minimise(blocks, angles, start, chart, safeguard, tolerance, max_iterations)
     for evaluations in range(1, max_iterations + 1):
         if not len(active):
             break
-        trial_cost, trial_matrix, trial_slope = _normal_equations(blocks, measured, trial, chart)
+        trial_cost, trial_matrix, trial_slope = _normal_equations(blocks, measured, trial, chart, loss)
         better = trial_cost < best_cost if safeguard else np.isfinite(trial_cost)
         if better.all():
             best, best_cost, matrix, slope = trial, trial_cost, trial_matrix, trial_slope
@@ -142,7 +146,7 @@ def minimise(blocks, angles, start, chart, safeguard, tolerance, max_iterations)
     return Outcome(state, status, iterations, cost, volume)
 
 
-def _normal_equations(blocks, measured, point, chart):
+def _normal_equations(blocks, measured, point, chart, loss=None):
     """Criterion ``e'e``, ``J'J`` and ``J'e`` of whitened residuals, in the chart's coordinates.
 
     ``measured`` holds one ``(runs, N_s)`` array a sensor and ``point`` is ``(runs, n)``; the results are
@@ -163,7 +167,12 @@ def _normal_equations(blocks, measured, point, chart):
             weight = sensor.sigma**-2
             if np.ndim(weight):  # a sigma for each measurement
                 residual, gradient, weight = residual / sensor.sigma, gradient / sensor.sigma, 1.0
-            cost += weight * np.vecdot(residual, residual)
+            if loss is None:
+                cost += weight * np.vecdot(residual, residual)
+            else:  # rows times the root of their weight: a step of iteratively reweighted least squares
+                value, trust = loss(weight * residual**2)
+                cost, root = cost + value.sum(axis=-1), np.sqrt(trust)
+                residual, gradient = root * residual, root * gradient
             slope += weight * np.vecdot(gradient, residual)
             for i in range(n):
                 matrix[i, i:] += weight * np.vecdot(gradient[i], gradient[i:])

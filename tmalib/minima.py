@@ -92,7 +92,7 @@ def alternatives(found, within=9.0, max_iterations=200):
     Raises
     ------
     ValueError
-        For more than one run, and a scenario in which a fit needs a start.
+        For more than one run, a fit with a robust loss, and a scenario in which a fit needs a start.
 
     Examples
     --------
@@ -110,6 +110,7 @@ def alternatives(found, within=9.0, max_iterations=200):
     """
     if found.state.ndim != 1:
         raise ValueError(f"alternatives are of one run, and these are {found.state.shape[:-1]}; fit one")
+    found.check_squares("the list of alternatives")
     within = check_scalar("within", within, above=0.0)
     if not found.converged:
         return []

@@ -107,7 +107,7 @@ def confidence_region(fit, probability=0.9, nearest=None):
     ------
     ValueError
         For more than one run, a run that is not finite, fewer measurements than unknowns, a number that is
-        out of bounds, and a state without position and velocity in uniform motion.
+        out of bounds, a state without position and velocity in uniform motion, and a fit with a robust loss.
 
     Notes
     -----
@@ -132,6 +132,7 @@ def confidence_region(fit, probability=0.9, nearest=None):
     Region(0.9; 4031 m to 5460 m from the platform)
     """
     probability = check_probability(probability)
+    fit.check_squares("a region")
     if fit.state.ndim != 1:
         raise ValueError(f"a region is of one run, and these are {fit.state.shape[:-1]}; fit one")
     if not np.isfinite(fit.state).all():

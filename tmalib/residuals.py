@@ -123,7 +123,7 @@ def residual_tests(fit, lags=LAGS, cosines=COSINES):
     Raises
     ------
     ValueError
-        For lags or cosines that are not positive integers.
+        For lags or cosines that are not positive integers, and a fit with a robust loss.
 
     Notes
     -----
@@ -149,6 +149,7 @@ def residual_tests(fit, lags=LAGS, cosines=COSINES):
     True
     """
     lags, cosines = check_count("lags", lags), check_count("cosines", cosines)
+    fit.check_squares("a test of residuals")
     scenario, shape = fit.scenario, fit.cost.shape
     slow = _slow_functions(scenario, cosines)
     state = np.where(fit.converged[..., None], fit.state, np.nan).reshape(-1, fit.state.shape[-1])
