@@ -10,7 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from .checks import check_count
+from .checks import check_count, check_is
+from .scenario import Scenario
 
 
 def average_measurements(scenario, angles, together):
@@ -44,7 +45,7 @@ def average_measurements(scenario, angles, together):
     >>> means.shape, fewer.sensors[0].sigma
     ((3, 15), 0.01)
     """
-    angles = scenario.check_measurements(angles)
+    angles = check_is("scenario", scenario, Scenario).check_measurements(angles)
     together = check_count("together", together)
     sensors, means = [], []
     for block in scenario.blocks:
@@ -54,8 +55,15 @@ def average_measurements(scenario, angles, together):
                 f"the {len(sensor)} measurements of {sensor.name} cannot be divided into means of {together}"
             )
         times = sensor.times.reshape(-1, together).mean(axis=1)
-        sensors.append(replace(sensor, times=times, sigma=sensor.sigma / np.sqrt(together)))
+        sensors.append(replace(sensor, times=times, sigma=_of_means(sensor, together)))
         first = angles[..., columns.start, None]
         offsets = sensor.model.residual(angles[..., columns], first)  # from the first, so that none wraps
         means.append(first + offsets.reshape(*angles.shape[:-1], -1, together).mean(axis=-1))
     return replace(scenario, sensors=sensors), np.concatenate(means, axis=-1)
+
+
+def _of_means(sensor, together):
+    """The sigma of means; `None` where it is not known."""
+    if np.ndim(sensor.sigma):
+        return np.linalg.norm(sensor.sigma.reshape(-1, together), axis=1) / together
+    return None if sensor.sigma is None else sensor.sigma / np.sqrt(together)

@@ -19,12 +19,13 @@ import numpy as np
 from . import status as words
 from .bounds import information_rank
 from .charts import Cartesian, chart_of
-from .checks import check_count, check_scalar
+from .checks import check_broadcast, check_count, check_flag, check_is, check_scalar
 from .cosine_starts import has_cosines, lowest_of_grid
 from .estimate import Fit
 from .levenberg_marquardt import minimise_in_blocks
 from .losses import SQUARES, check_loss, value_and_weight
 from .robust import CLOSER, fit_robustly
+from .scenario import Scenario
 from .starts import fit_without_start, starts_at_ranges
 from .uniform import PLANE, is_uniform, moving_pairs, propagate
 from .unknown_sigma import with_estimated_sigmas
@@ -69,7 +70,8 @@ def along_first_bearing(scenario, angles, range, others=None):
     -----
     Source: `emw-acoustic`, Section V. Of two bearings at t_1 the first sensor's is used.
     """
-    angles, others = scenario.check_measurements(angles), scenario.offered("guess") | (others or {})
+    angles = check_is("scenario", scenario, Scenario).check_measurements(angles)
+    others = scenario.offered("guess") | check_is("others", {} if others is None else others, dict)
     range = check_scalar("range", range, above=0.0)
     missing = set(scenario.coordinates) - set(PLANE)
     if missing != others.keys():
@@ -152,15 +154,15 @@ def fit(
     >>> np.flatnonzero(found.weights == 0), found.loss
     (array([20, 50, 90]), 'bisquare')
     """
-    angles = scenario.check_measurements(angles)
+    angles = check_is("scenario", scenario, Scenario).check_measurements(angles)
     start = None if start is None else scenario.check_state(start)
     tolerance = check_scalar("tolerance", tolerance, above=0.0)
     max_iterations = check_count("max_iterations", max_iterations)
-    settings = (chart, safeguard, tolerance, max_iterations)
+    settings = (chart, check_flag("safeguard", safeguard), tolerance, max_iterations)
     estimated = tuple(scenario.unknown_sigmas)
     if check_loss(loss) != SQUARES:
         scenario.sigma  # noqa: B018  a robust loss needs it: refused here
-        settings = (chart, safeguard, tolerance / CLOSER, max_iterations, value_and_weight)
+        settings = (*settings[:2], tolerance / CLOSER, max_iterations, value_and_weight)
     if estimated:
         again = partial(fit, angles=angles, start=start, chart=chart)
         scenario = with_estimated_sigmas(scenario, angles, again)
@@ -168,11 +170,12 @@ def fit(
     if elapsed:
         scenario = replace(scenario, reference_time=scenario.reference_time - elapsed, target=None)
         start = None if start is None else propagate(start, -elapsed, scenario.coordinates)
-    shape = angles.shape[:-1] if start is None else np.broadcast_shapes(angles.shape[:-1], start.shape[:-1])
+    shape = angles.shape[:-1]
+    if start is not None:
+        shape = check_broadcast(measurements=angles[..., 0], start=start[..., 0])
+        start = np.broadcast_to(start, (*shape, start.shape[-1])).reshape(-1, start.shape[-1])
     angles = np.broadcast_to(angles, (*shape, angles.shape[-1]))
     rows = angles.reshape(-1, angles.shape[-1])
-    if start is not None:
-        start = np.broadcast_to(start, (*shape, start.shape[-1])).reshape(-1, start.shape[-1])
     fields = _fit_what_is_there(scenario, rows, start, settings)
     state, status, iterations, cost = (part.reshape(shape + part.shape[1:]) for part in fields)
     if elapsed:

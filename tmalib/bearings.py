@@ -32,7 +32,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .checks import check_scalar
+from .checks import as_numbers, check_broadcast, check_scalar
 
 TWO_PI = 2 * np.pi
 TOUCHING = 1e-6  # metres: a target nearer than this is on the platform and has no bearing
@@ -40,12 +40,21 @@ TOUCHING = 1e-6  # metres: a target nearer than this is on the platform and has 
 
 def wrap(angle):
     """The angle in radians brought into [-pi, pi], the one place where angles are wrapped."""
+    angle = as_numbers("angle", angle)
     return angle - TWO_PI * np.rint(angle / TWO_PI)
+
+
+def _vectors(name, value):
+    """``value`` as a float array ``(..., 2)``."""
+    value = as_numbers(name, value)
+    if value.ndim == 0 or value.shape[-1] != 2:
+        raise ValueError(f"{name} must have shape (..., 2), got {value.shape}")
+    return value
 
 
 def bearing(displacement):
     """Bearing ``atan2(dx, dy)`` of displacements ``(..., 2)``, in radians clockwise from north."""
-    displacement = np.asarray(displacement, dtype=float)
+    displacement = _vectors("displacement", displacement)
     return np.arctan2(displacement[..., 0], displacement[..., 1])
 
 
@@ -88,8 +97,9 @@ def propagation_delay(displacement, velocity, c):
     1.0
     """
     c = check_scalar("c", c, above=0.0)
-    dx, dy = np.moveaxis(np.asarray(displacement, dtype=float), -1, 0)
-    vx, vy = np.moveaxis(np.asarray(velocity, dtype=float), -1, 0)
+    dx, dy = np.moveaxis(_vectors("displacement", displacement), -1, 0)
+    vx, vy = np.moveaxis(_vectors("velocity", velocity), -1, 0)
+    check_broadcast(displacement=dx, velocity=vx)
     fastest = np.max(np.hypot(vx, vy), initial=0.0)
     if not fastest < c:
         raise ValueError(f"the target must be slower than c = {c} m/s, got a speed of {fastest} m/s")
@@ -99,6 +109,8 @@ def propagation_delay(displacement, velocity, c):
 def delay_of(dx, dy, vx, vy, c):
     radial = vx * dx + vy * dy
     slack = c * c - (vx * vx + vy * vy)
+    if not np.min(slack, initial=np.inf) > 0:  # as fast as sound: such a state predicts nothing
+        slack = np.where(slack > 0, slack, np.nan)
     return (np.sqrt(radial * radial + slack * (dx * dx + dy * dy)) - radial) / slack
 
 
@@ -137,11 +149,14 @@ def delay_of_motion(target, here, times, c, tolerance=1e-12, max_iterations=2000
     speeds. It needs the target's position before the first time. `ValueError` where it does not end.
     """
     tau = np.zeros_like(times)
-    for _ in range(max_iterations):
-        gap = target.position_at(times - tau) - here
-        before, tau = tau, np.hypot(gap[..., 0], gap[..., 1]) / c
-        if np.max(np.abs(tau - before), initial=0.0) <= tolerance * (1 + np.max(tau, initial=0.0)):
-            return tau
+    with np.errstate(over="ignore", invalid="ignore"):  # it need not end
+        for _ in range(max_iterations):
+            gap = target.position_at(times - tau) - here
+            before, tau = tau, np.hypot(gap[..., 0], gap[..., 1]) / c
+            if not np.isfinite(tau).all():
+                break
+            if np.max(np.abs(tau - before), initial=0.0) <= tolerance * (1 + np.max(tau, initial=0.0)):
+                return tau
     raise ValueError(f"no propagation delay found for c = {c} m/s: is the target slower than sound?")
 
 

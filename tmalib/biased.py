@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .checks import check_scalar
+from .checks import check_has, check_scalar
 from .uniform import BENDING, KINEMATIC
 
 
@@ -56,6 +56,7 @@ class Biased:
     true_bias: float = 0.0
 
     def __post_init__(self):
+        check_has("model", self.model, "coordinates", "observer_state", "value_and_gradient", "residual")
         taken = {*self.model.coordinates, *KINEMATIC, *BENDING}
         if not isinstance(self.name, str) or not self.name or self.name in taken:
             raise ValueError(f"name must be a text and none of {sorted(taken)}, got {self.name!r}")

@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .checks import check_count, check_probability
+from .checks import as_numbers, check_broadcast, check_count, check_is, check_probability
+from .scenario import Scenario
 from .uniform import POSITION, is_uniform, propagate
 
 RANK_TOLERANCE = 1e-12  # singular value of the scaled Jacobian, relative to the largest
@@ -27,6 +28,7 @@ def whitened_jacobian(scenario, state=None):
     ``state``, shape ``(..., n)``, defaults to the truth. In a batch, a member is NaN where its state or its
     sum of squared gradients is not finite, as on the platform; for a single state that is a `ValueError`.
     """
+    check_is("scenario", scenario, Scenario)
     state = scenario.check_state(scenario.state if state is None else state)
     with np.errstate(all="ignore"):  # what is not finite is found below
         jacobian = scenario.linearise(state)[1] / scenario.sigma[:, None]
@@ -159,8 +161,8 @@ def information_rank(scenario, state=None):
 
 
 def _factored(scenario, state):
-    state = scenario.state if state is None else np.asarray(state, dtype=float)
-    return factor(scenario, state, whitened_jacobian(scenario, state))
+    jacobian = whitened_jacobian(scenario, state)
+    return factor(scenario, scenario.check_state(scenario.state if state is None else state), jacobian)
 
 
 def crlb(scenario, state=None):
@@ -241,11 +243,13 @@ def nees(state, truth, covariance):
     >>> nees([[3.0, 0.0], [0.0, 2.0], [np.nan, 0.0]], [0.0, 0.0], np.diag([9.0, 1.0]))
     array([ 1.,  4., nan])
     """
-    error = np.asarray(state, dtype=float) - np.asarray(truth, dtype=float)
-    covariance = np.asarray(covariance, dtype=float)
+    state, truth, covariance = map(as_numbers, ("state", "truth", "covariance"), (state, truth, covariance))
+    check_broadcast(state=state, truth=truth)
+    error = state - truth
     n = error.shape[-1] if error.ndim else 0
     if covariance.shape[-2:] != (n, n):
         raise ValueError(f"covariance must have shape (..., {n}, {n}), got {covariance.shape}")
+    check_broadcast(state=error[..., 0], covariance=covariance[..., 0, 0])
     with np.errstate(all="ignore"):  # what is not a number is found below
         scale = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
         correlation = covariance / (scale[..., :, None] * scale[..., None, :])

@@ -155,12 +155,17 @@ class ModifiedPolar:
         return self._spread(slope)
 
 
+def check_chart(chart):
+    """`ValueError` for what makes no charts."""
+    if not callable(chart) or (isinstance(chart, type) and not hasattr(chart, "to_state")):
+        raise ValueError(f"chart must be a class such as ModifiedPolar or Cartesian, got {chart!r}")
+
+
 def chart_of(scenario, chart=None):
     """A chart about the platform at the measurement nearest to the reference time; the default of `fit`."""
     if chart is None:
         flat = is_uniform(scenario.coordinates) and "z" not in scenario.coordinates
         chart = ModifiedPolar if flat else Cartesian
-    if not callable(chart):
-        raise ValueError(f"chart must be a class such as ModifiedPolar or Cartesian, got {chart!r}")
+    check_chart(chart)
     nearest = scenario.times[np.argmin(np.abs(scenario.times - scenario.reference_time))]
     return chart(scenario.platform.position_at(nearest), scenario.coordinates)

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .batch import first_bearing
-from .checks import check_array, check_count, check_scalar, set_fields
+from .checks import check_array, check_count, check_is, check_pair, check_scalar, check_seed, set_fields
 from .priors import check_others, first_prediction
+from .scenario import Scenario
 from .uniform import moving_pairs
 
 
@@ -76,12 +77,12 @@ def cloud_along_first_bearing(scenario, angles, range, speed, particles, seed, o
     (500, 5)
     """
     angles, others = one_run(scenario, angles), check_others(scenario, others)
-    near, far = (check_scalar("range", value, above=0.0) for value in range)
+    near, far = (check_scalar("range", value, above=0.0) for value in check_pair("range", range))
     if near >= far:
         raise ValueError(f"range must be a smaller and a larger distance, got {range}")
     speed = check_scalar("speed", speed, minimum=0.0)
     count = check_count("particles", particles)
-    rng = np.random.default_rng(seed)
+    rng = check_seed(seed)
     first, platform = first_bearing(scenario)
     time, (places, speeds) = float(scenario.times[first]), moving_pairs(scenario.coordinates)
     if not np.isfinite(angles[first]):
@@ -104,7 +105,7 @@ def cloud_along_first_bearing(scenario, angles, range, speed, particles, seed, o
 
 def one_run(scenario, angles):
     """Measurements of one run as an array ``(N,)``; `ValueError` for more than one."""
-    angles = scenario.check_measurements(angles)
+    angles = check_is("scenario", scenario, Scenario).check_measurements(angles)
     if angles.ndim != 1:
         raise ValueError(f"a particle filter takes one run, measurements of shape (N,), got {angles.shape}")
     return angles

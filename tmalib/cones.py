@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .bearings import TOUCHING, displacement
-from .checks import check_scalar
+from .checks import check_is, check_scalar
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,10 @@ class RayPath:
 
     def __post_init__(self):
         triplet = (self.delta, self.bottom, self.surface)
-        if self.delta not in (1, -1):
+        if check_scalar("delta", self.delta) not in (1, -1):
             raise ValueError(f"delta must be +1 or -1, got {self.delta!r}")
         for name in ("bottom", "surface"):
-            count = getattr(self, name)
+            count = check_scalar(name, getattr(self, name))
             if count != int(count) or count < 0:
                 raise ValueError(f"{name} must be a number of bounces, got {count!r}")
         if self.delta * (self.bottom - self.surface) not in (0, 1):
@@ -95,8 +95,10 @@ def image_depth(path, target_depth, array_depth, bottom_depth):
     >>> image_depth(BOTTOM_BOUNCE, target_depth=100, array_depth=200, bottom_depth=4000)
     7700.0
     """
-    slope, offset = path.image(check_scalar("bottom_depth", bottom_depth, above=0.0))
-    return slope * target_depth + offset - array_depth
+    bottom_depth = check_scalar("bottom_depth", bottom_depth, above=0.0)
+    slope, offset = check_is("path", path, RayPath).image(bottom_depth)
+    array_depth = check_scalar("array_depth", array_depth)
+    return slope * check_scalar("target_depth", target_depth) + offset - array_depth
 
 
 @dataclass(frozen=True)
@@ -132,6 +134,7 @@ class ConicalAngle:
     heading_lag: float = 0.0
 
     def __post_init__(self):
+        check_is("path", self.path, RayPath)
         bottom = check_scalar("bottom_depth", self.bottom_depth, above=0.0)
         for name in ("array_depth", "assumed_depth"):
             depth = getattr(self, name)
@@ -175,8 +178,11 @@ class ConicalAngle:
         return measured - predicted
 
     def observe(self, target, platform, times):
-        """Cosine of the conical angle of the target, at its true depth, shape ``(N,)``."""
-        if target.depth is None:
+        """Cosine of the conical angle of the target, at its true depth, shape ``(N,)``.
+
+        A depth out of the water is taken as it is: a ghost may be there, and `tmalib.admissible` tells.
+        """
+        if getattr(target, "depth", None) is None:
             raise ValueError("a conical angle needs the target's depth; give Target(depth=...)")
         dx, dy = (target.position_at(times) - platform.position_at(times)).T
         _, _, sin, cos = self.observer_state(platform, times)

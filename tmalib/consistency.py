@@ -13,8 +13,10 @@ import numpy as np
 
 from .batch import fit
 from .bounds import crlb, nees
-from .checks import check_array, check_probability
+from .checks import check_array, check_is, check_probability
+from .motion import Target
 from .recursive import Track
+from .scenario import Scenario
 from .status import CONVERGED
 
 
@@ -75,7 +77,8 @@ def fit_over_time(scenario, angles, times, start):
     >>> compare_with_truth(scenario, track).nees.shape
     (5, 2)
     """
-    angles, times = scenario.check_measurements(angles), check_array("times", times, (None,))
+    angles = check_is("scenario", scenario, Scenario).check_measurements(angles)
+    times = check_array("times", times, (None,))
     if not len(times):
         raise ValueError("times is empty; a track needs at least one time")
     thens = [scenario.until(time) for time in times]
@@ -126,6 +129,8 @@ def compare_with_truth(scenario, track, probability=0.9):
     The position lies in its ellipse when its normalised error squared is below ``-2 log(1 - p)``.
     """
     level = -2 * np.log1p(-check_probability(probability))
+    check_is("the scenario's target", check_is("scenario", scenario, Scenario).target, Target)
+    check_is("track", track, Track)
     truth = np.stack([scenario.target.state(time, scenario.coordinates) for time in track.times])
     position = nees(track.state[..., :2], truth[:, :2], track.covariance[..., :2, :2])
     whole = nees(track.state, truth, track.covariance)

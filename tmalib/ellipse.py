@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .checks import check_array, check_count, check_probability
+from .checks import as_numbers, check_array, check_count, check_probability
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,8 @@ def confidence_ellipse(centre, covariance, probability=0.9):
     The level is the quantile of chi-square with two degrees of freedom, ``-2 log(1 - p)``.
     """
     probability = check_probability(probability)
-    centre = check_array("centre", np.atleast_1d(np.asarray(centre, dtype=float))[..., :2], (2,))
-    block = np.atleast_2d(np.asarray(covariance, dtype=float))[..., :2, :2]
+    centre = check_array("centre", np.atleast_1d(as_numbers("centre", centre))[..., :2], (2,))
+    block = np.atleast_2d(as_numbers("covariance", covariance))[..., :2, :2]
     block = check_array("covariance of the position", block, (2, 2))
     values, vectors = np.linalg.eigh(block)
     if not values[0] >= -4 * np.finfo(float).eps * np.abs(values).max():

@@ -28,7 +28,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .checks import check_scalar
+from .charts import check_chart
+from .checks import check_is, check_scalar
+from .priors import Prior
+from .process_noise import ProcessNoise
+from .scenario import Scenario
 from .uniform import propagate, transition
 
 
@@ -117,3 +121,18 @@ def _straight_in(chart, x, moved, p, elapsed):
     turn = back @ chart.jacobian(point) @ before @ phi
     p = turn @ np.ascontiguousarray(np.moveaxis(p, -1, 0)) @ turn.mT
     return propagate(chart.to_state(point), -elapsed, names).T, np.moveaxis(p, 0, -1)
+
+
+def checked_inputs(scenario, measured, prior, process_noise, chart):
+    """Measurements as an array, and the names of the prior's components; `ValueError` for what is wrong."""
+    if chart is not None:
+        check_chart(chart)
+    measured = check_is("scenario", scenario, Scenario).check_measurements(measured)
+    check_noise(process_noise)
+    return measured, check_is("prior", prior, Prior).names_for(scenario)
+
+
+def check_noise(process_noise):
+    """`ValueError` for what is no `ProcessNoise`, and not left out."""
+    if process_noise is not None:
+        check_is("process_noise", process_noise, ProcessNoise)

@@ -78,7 +78,7 @@ def minimise_in_blocks(scenario, angles, start, *settings):
     repeated = repeat_for_runs(scenario, min(block, len(angles)))
     parts = [
         minimise(repeated, angles[i : i + block], start[i : i + block], *settings)
-        for i in range(0, len(angles), block)
+        for i in range(0, max(1, len(angles)), block)
     ]
     return Outcome(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 

@@ -11,8 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .batch import fit
-from .checks import check_scalar
+from .checks import check_is, check_scalar
 from .cosine_starts import grid_of_motions, has_cosines
+from .estimate import Fit
+from .scenario import Scenario
 from .starts import starts_at_ranges
 
 SAME = 0.1  # standard deviations of the estimate, as in `distinct_minima`
@@ -53,7 +55,8 @@ def distinct_minima(scenario, angles, starts, *, separation=0.1, **options):
     hits : ndarray of int, shape (M,)
         How many starts ended at each.
     """
-    angles, starts = scenario.check_measurements(angles), scenario.check_state(starts)
+    angles = check_is("scenario", scenario, Scenario).check_measurements(angles)
+    starts, separation = scenario.check_state(starts), check_scalar("separation", separation, above=0.0)
     if angles.ndim != 1 or starts.ndim != 2:
         raise ValueError(f"one run and a list of starts are needed, got {angles.shape} and {starts.shape}")
     found = fit(scenario, angles, starts, **options)
@@ -108,7 +111,7 @@ def alternatives(found, within=9.0, max_iterations=200):
     >>> bool(np.allclose(other.state, found.state * [-1, 1, -1, 1], rtol=1e-3)), round(other.likelihood, 3)
     (True, 1.0)
     """
-    if found.state.ndim != 1:
+    if check_is("found", found, Fit).state.ndim != 1:
         raise ValueError(f"alternatives are of one run, and these are {found.state.shape[:-1]}; fit one")
     found.check_squares("the list of alternatives")
     within = check_scalar("within", within, above=0.0)

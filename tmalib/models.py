@@ -59,7 +59,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .checks import check_array, check_scalar
+from .checks import check_array, check_has, check_scalar
 
 
 def check_model(model, platform, times, state, reference_time=0.0, step=1e-6):
@@ -86,6 +86,9 @@ def check_model(model, platform, times, state, reference_time=0.0, step=1e-6):
     ValueError
         For arrays of wrong shapes, or values that are not finite.
     """
+    check_has("model", model, "coordinates", "observer_state", "value_and_gradient", "residual")
+    check_has("platform", platform, "position_at")
+    step = check_scalar("step", step, above=0.0)
     times, state = (
         check_array("times", times, (None,)),
         check_array("state", state, (len(model.coordinates),)),

@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 
-from .checks import check_count, set_fields
+from .checks import as_numbers, check_count, check_is, check_scalar, set_fields, short
 
 SEED = 2016
 CHUNK = 500
@@ -45,6 +45,8 @@ class Stream:
     def __post_init__(self):
         if not isinstance(self.name, str) or not self.name:
             raise ValueError(f"the name of a stream must be a text that is not empty, got {self.name!r}")
+        if self.number != int(check_scalar("number", self.number)):
+            raise ValueError(f"number must be an integer, got {self.number!r}")
         if self.number < 0:
             digest = hashlib.sha256(self.name.encode()).digest()
             set_fields(self, number=NAMED + int.from_bytes(digest[:4]))
@@ -135,10 +137,16 @@ def monte_carlo(task, runs, stream, *, seed=SEED, executor=None):
     ((1000,), 1000)
     """
     runs = check_count("runs", runs)
+    if not callable(task):
+        raise ValueError(f"task must be a function of a seed and a number of runs, got {short(task)}")
     stream = stream if isinstance(stream, Stream) else Stream(stream)
     counts = [min(CHUNK, runs - first) for first in range(0, runs, CHUNK)]
     seeds = [stream.chunk(k, seed) for k in range(len(counts))]
     parts = list((executor.map if executor else map)(task, seeds, counts))
+    for part, count in zip(parts, counts, strict=True):
+        for key, rows in check_is("what the task returns", part, Mapping).items():
+            if np.shape(rows)[:1] != (count,):
+                raise ValueError(f"the task must return {count} rows of {key!r}, got shape {np.shape(rows)}")
     arrays = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
     return Runs(arrays, Source(task_name(task), stream.name, seed, runs))
 
@@ -205,7 +213,7 @@ def statistics(errors, used=None):
     >>> found.bias, found.used, found.left_out
     (array([2.]), 4, {'not finite': 1, 'failed': 1})
     """
-    errors = np.asarray(errors, dtype=float)
+    errors = as_numbers("errors", errors)
     if errors.ndim != 2:
         raise ValueError(f"errors must have shape (runs, n), got {errors.shape}")
     runs = len(errors)
@@ -221,4 +229,5 @@ def statistics(errors, used=None):
     bias = good.mean(axis=0)
     centred = good - bias
     m2, m4 = np.mean(centred**2, axis=0), np.mean(centred**4, axis=0)
-    return Statistics(runs, len(good), bias, good.std(axis=0, ddof=1), m4 / m2**2, left_out)
+    with np.errstate(invalid="ignore"):  # without any spread there is no kurtosis: NaN
+        return Statistics(runs, len(good), bias, good.std(axis=0, ddof=1), m4 / m2**2, left_out)

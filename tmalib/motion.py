@@ -21,7 +21,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .checks import check_array, check_scalar, set_fields
+from .checks import as_numbers, check_array, check_scalar, check_sequence, set_fields
 
 
 def unit(heading):
@@ -87,12 +87,12 @@ class Target:
 
     def position_at(self, t):
         """Position at the times ``t``, shape ``t.shape + (2,)``, in metres."""
-        elapsed = np.asarray(t, dtype=float) - self.time
+        elapsed = as_numbers("t", t) - self.time
         return self.position + elapsed[..., None] * self.velocity
 
     def heading_at(self, t):
         """Heading at the times ``t`` in radians: a constant."""
-        return np.full(np.shape(t), self.heading)
+        return np.full(as_numbers("t", t).shape, self.heading)
 
     def state(self, t, coordinates=("x", "y", "vx", "vy")):
         """State vector at time ``t`` in the named coordinates (``x, y, z, vx, vy``)."""
@@ -120,8 +120,9 @@ class Leg:
     heading: float | None = None
 
     def __post_init__(self):
-        if not self.duration > 0:
-            raise ValueError(f"duration of a leg must be positive, got {self.duration}")
+        duration = as_numbers("duration", self.duration)  # it may be infinite
+        if duration.ndim or not duration > 0:
+            raise ValueError(f"duration of a leg must be positive, got {self.duration!r}")
         check_scalar("rate", self.rate)
         if self.speed is not None:
             check_scalar("speed", self.speed, minimum=0.0)
@@ -178,11 +179,14 @@ class Course:
             start=check_array("start", self.start, (2,)),
             speed=check_scalar("speed", self.speed, minimum=0.0),
             heading=check_scalar("heading", self.heading),
-            legs=tuple(self.legs),
+            legs=check_sequence("legs", self.legs, Leg),
             start_time=check_scalar("start_time", self.start_time),
         )
         if not self.legs:
             raise ValueError("legs is empty; a course needs at least one Straight or Turn")
+        endless = [i for i, leg in enumerate(self.legs[:-1]) if not np.isfinite(leg.duration)]
+        if endless:
+            raise ValueError(f"legs must be finite but for the last, got one without end: legs[{endless[0]}]")
 
     @cached_property
     def leg_starts(self):
@@ -205,7 +209,7 @@ class Course:
         return self.leg_starts[-1, 0] + self.legs[-1].duration
 
     def _leg_at(self, t):
-        t = np.asarray(t, dtype=float)
+        t = as_numbers("t", t)
         table, end = self.leg_starts, self.end_time
         slack = 1e-9 * (1 + abs(end)) if np.isfinite(end) else 0.0
         outside = ~((t >= self.start_time - slack) & (t <= end + slack))
@@ -260,8 +264,8 @@ class SampledCourse:
 
     def __post_init__(self):
         times = check_array("times", self.times, (None,))
-        if np.any(np.diff(times) <= 0):
-            raise ValueError("times must be strictly increasing")
+        if not len(times) or np.any(np.diff(times) <= 0):
+            raise ValueError(f"times must be strictly increasing and not empty, got {times}")
         headings = (
             self.headings if self.headings is None else check_array("headings", self.headings, times.shape)
         )
@@ -273,7 +277,7 @@ class SampledCourse:
         )
 
     def _inside(self, t):
-        t = np.asarray(t, dtype=float)
+        t = as_numbers("t", t)
         if np.any(~((t >= self.times[0]) & (t <= self.times[-1]))):
             raise ValueError(
                 f"a time is outside the samples, which last from {self.times[0]} to {self.times[-1]}"

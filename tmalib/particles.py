@@ -34,8 +34,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import status as words
-from .checks import check_scalar
-from .clouds import one_run
+from .checks import check_is, check_scalar, check_seed
+from .clouds import Cloud, one_run
 from .process_noise import ProcessNoise
 from .sensors import in_order_of_time
 from .uniform import moving_pairs
@@ -136,10 +136,10 @@ def sir(scenario, angles, cloud, beta, seed, walks=None):
     measured later.
     """
     angles, pairs = one_run(scenario, angles), moving_pairs(scenario.coordinates)
-    walking = ProcessNoise(walks=walks or {}).walking(scenario.coordinates)
+    walking = ProcessNoise(walks={} if walks is None else walks).walking(scenario.coordinates)
     beta = check_scalar("beta", beta, minimum=0.0)
-    scenario.check_state(cloud.states)
-    rng = np.random.default_rng(seed)
+    scenario.check_state(check_is("cloud", cloud, Cloud).states)
+    rng = check_seed(seed)
     steps = in_order_of_time(scenario, cloud.time)
     if not steps:
         raise ValueError(f"no measurement after the cloud's time, {cloud.time}")

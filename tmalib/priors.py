@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .batch import along_first_bearing, first_bearing
-from .checks import check_scalar, set_fields
+from .checks import as_numbers, check_is, check_pair, check_scalar, check_sequence, set_fields
+from .scenario import Scenario
 from .status import FILTERED, status_of_filter
 from .uniform import PLANE, moving_pairs
 
@@ -45,7 +46,7 @@ class Prior:
     coordinates: tuple | None = None
 
     def __post_init__(self):
-        mean, covariance = np.asarray(self.mean, dtype=float), np.asarray(self.covariance, dtype=float)
+        mean, covariance = as_numbers("mean", self.mean), as_numbers("covariance", self.covariance)
         n = mean.shape[-1] if mean.ndim else 0
         square = n and covariance.shape[-2:] == (n, n)
         if not square or not np.allclose(covariance, covariance.mT, equal_nan=True):
@@ -56,8 +57,9 @@ class Prior:
         if np.any(np.linalg.eigvalsh(covariance[known]) <= 0):
             raise ValueError("prior covariance must be positive definite")
         names = self.coordinates
-        names = tuple(names) if names is not None else PLANE if n == len(PLANE) else None
-        if names is not None and len(names) != n:
+        if names is None:
+            names = PLANE if n == len(PLANE) else None
+        elif isinstance(names, str) or len(names := check_sequence("coordinates", names, str)) != n:
             raise ValueError(f"coordinates must name the {n} components of the mean, got {names}")
         time = check_scalar("prior time", self.time)
         set_fields(self, mean=mean, covariance=covariance, time=time, coordinates=names)
@@ -104,11 +106,11 @@ class FilterState(Prior):
 
 def check_others(scenario, others):
     """``others`` as a dict; `ValueError` unless it names the unknowns besides position and velocity, all."""
-    others = dict(others or {})
+    others = check_is("others", {} if others is None else others, dict)
     wanted = set(scenario.coordinates) - set(PLANE)
     if wanted != others.keys():
         raise ValueError(f"others must have the unknowns {sorted(wanted)}, got {sorted(others)}")
-    return others
+    return {name: check_pair(f"others[{name!r}]", pair) for name, pair in others.items()}
 
 
 def first_prediction(scenario, column, states):
@@ -144,14 +146,14 @@ def prior_along_first_bearing(scenario, angles, range, range_sigma, velocity_sig
         Where further unknowns change the first bearing, as a bias does, its direction is corrected for their
         means, and errs with them: the covariance says so.
     """
-    others = check_others(scenario, others)
+    others = check_others(check_is("scenario", scenario, Scenario), others)
     mean = along_first_bearing(scenario, angles, range, {name: value for name, (value, _) in others.items()})
     range_sigma = check_scalar("range_sigma", range_sigma, above=0.0)
     velocity_sigma = check_scalar("velocity_sigma", velocity_sigma, above=0.0)
     first, platform = first_bearing(scenario)
     time, names = float(scenario.times[first]), scenario.coordinates
     places, speeds = moving_pairs(names)
-    theta = np.asarray(angles, dtype=float)[..., first]
+    theta = scenario.check_measurements(angles)[..., first]
     if others:
         value, slope = first_prediction(scenario, first, mean)
         theta = 2 * theta - value

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .checks import check_scalar, set_fields
+from .checks import check_is, check_scalar, set_fields
 from .uniform import BENDING, PLANE, moving_pairs
 
 
@@ -54,6 +54,7 @@ class ProcessNoise:
     walks: Mapping = field(default_factory=dict)
 
     def __post_init__(self):
+        check_is("walks", self.walks, Mapping)
         wrong = [name for name in self.walks if name in (*PLANE, *BENDING)]
         if wrong:
             raise ValueError(f"walks must name components other than {(*PLANE, *BENDING)}, got {wrong}")

@@ -20,7 +20,9 @@ import numpy as np
 
 from .batch import fit, without_gaps
 from .charts import Cartesian, chart_of
+from .checks import as_numbers, check_broadcast, check_is
 from .levenberg_marquardt import minimise_in_blocks
+from .scenario import Scenario
 from .uniform import moving_pairs
 
 TOLERANCE = 1e-3  # Newton decrement: the criterion is then right to its square
@@ -146,11 +148,12 @@ def profile_criterion(scenario, angles, position, start=None):
     >>> d.shape, bool(0.7 < np.mean(d <= -2 * np.log(0.1)) < 1)
     ((50,), True)
     """
-    angles, position = scenario.check_measurements(angles), np.asarray(position, dtype=float)
+    angles = check_is("scenario", scenario, Scenario).check_measurements(angles)
+    position = as_numbers("position", position)
     if position.ndim == 0 or position.shape[-1] != 2:
         raise ValueError(f"position must have shape (..., 2), got {position.shape}")
     found = fit(scenario, angles, start, tolerance=TOLERANCE)
-    shape = np.broadcast_shapes(found.cost.shape, position.shape[:-1])
+    shape = check_broadcast(measurements=found.cost, position=position[..., 0])
     rows = [
         np.broadcast_to(part, (*shape, part.shape[-1])).reshape(-1, part.shape[-1])
         for part in (found.measured, found.state, position)

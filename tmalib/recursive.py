@@ -25,9 +25,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from . import status as words
-from .checks import check_scalar
-from .kalman import gate_limit, update_state
-from .priors import FilterState
+from .checks import LARGEST, as_numbers, check_broadcast, check_is, check_scalar
+from .kalman import check_noise, checked_inputs, gate_limit, update_state
+from .priors import FilterState, Prior
 from .process_noise import ProcessNoise
 from .sensors import in_order_of_time
 from .uniform import propagate, transition
@@ -80,8 +80,8 @@ def ekf(scenario, angles, prior, record=None, chart=None, *, process_noise=None,
     prior : Prior
         With the components of the scenario, in its order.
     record : array_like, shape (T,), optional
-        Times at which to keep the estimate; measurements at a recorded time are used first. The
-        default is the reference time alone.
+        Times at which to keep the estimate, also before or after all data; measurements at a recorded time
+        are used first. The default is the reference time alone.
     chart : callable, optional
         Coordinates in which an update is a straight step, about the platform at the time (see
         `tmalib.charts`); with `ModifiedPolar` this is the filter in modified polar coordinates. The default
@@ -101,8 +101,8 @@ def ekf(scenario, angles, prior, record=None, chart=None, *, process_noise=None,
     Raises
     ------
     ValueError
-        For wrong shapes, a state whose motion is not uniform, or, with process noise, a recorded time before
-        the prior's.
+        For wrong shapes, a prior later than all data, a state whose motion is not uniform, or, with process
+        noise, a recorded time before the prior's.
 
     Notes
     -----
@@ -124,12 +124,14 @@ def ekf(scenario, angles, prior, record=None, chart=None, *, process_noise=None,
     >>> np.flatnonzero(~track.used), bool(track.nis[60] > 1000)
     (array([ 0, 60]), True)
     """
-    angles, names = scenario.check_measurements(angles), prior.names_for(scenario)
+    angles, names = checked_inputs(scenario, angles, prior, process_noise, chart)
     if names != scenario.coordinates:
         raise ValueError(f"prior must have the components {scenario.coordinates}, in this order, got {names}")
     limit, reference = gate_limit(gate), scenario.reference_time
-    record = np.atleast_1d(np.asarray(reference if record is None else record, dtype=float))
-    if np.any(np.diff(record) <= 0) or not np.all(np.isfinite(record)):
+    if prior.time > scenario.times.max():
+        raise ValueError(f"prior is of {prior.time} s, and there is no measurement after it: use predict")
+    record = np.atleast_1d(as_numbers("record", reference if record is None else record))
+    if record.ndim != 1 or np.any(np.diff(record) <= 0) or not np.all(np.abs(record) <= LARGEST):
         raise ValueError(f"record must be finite and strictly increasing, got {record}")
     if process_noise is not None and len(record) and record[0] < prior.time:
         raise ValueError(
@@ -188,7 +190,8 @@ def predict(prior, time, process_noise=None):
     ValueError
         For a time before the prior's, or a prior without names of its components.
     """
-    names, time = prior.coordinates, check_scalar("time", time)
+    names, time = check_is("prior", prior, Prior).coordinates, check_scalar("time", time)
+    check_noise(process_noise)
     elapsed = time - prior.time
     if names is None:
         raise ValueError("prior must have coordinates, the names of its components, got None")
@@ -245,12 +248,12 @@ def update(prior, scenario, measured, *, process_noise=None, gate=None, chart=No
     10.0 [False]
     15.0 [ True]
     """
-    measured, names = scenario.check_measurements(measured), prior.names_for(scenario)
+    measured, names = checked_inputs(scenario, measured, prior, process_noise, chart)
     limit, first = gate_limit(gate), scenario.times.min()
     if first < prior.time:
         raise ValueError(f"scenario must not measure before the prior's time {prior.time}, got {first}")
     found = replace(prior, coordinates=names)
-    runs = np.broadcast_shapes(prior.mean.shape[:-1], prior.covariance.shape[:-2], measured.shape[:-1])
+    *_, runs = _in_columns(prior.mean, prior.covariance, measured)
     nis, used = np.empty((*runs, measured.shape[-1])), np.empty((*runs, measured.shape[-1]), dtype=bool)
     for time, group in in_order_of_time(scenario, -np.inf):
         found = predict(found, time, process_noise)
@@ -269,7 +272,9 @@ def update(prior, scenario, measured, *, process_noise=None, gate=None, chart=No
 def _in_columns(mean, covariance, measured):
     """States ``(n, runs)``, covariances ``(n, n, runs)``, measurements ``(N, runs)``; the batch's shape."""
     n = mean.shape[-1]
-    shape = np.broadcast_shapes(measured.shape[:-1], mean.shape[:-1], covariance.shape[:-2])
+    shape = check_broadcast(
+        measurements=measured[..., 0], mean=mean[..., 0], covariance=covariance[..., 0, 0]
+    )
     x = np.broadcast_to(mean, (*shape, n)).reshape(-1, n).T.copy()  # a component is contiguous
     runs = x.shape[1]
     p = np.broadcast_to(covariance, (*shape, n, n)).reshape(runs, n, n).transpose(1, 2, 0).copy()

@@ -17,7 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .charts import ModifiedPolar, chart_of
-from .checks import check_probability, check_scalar
+from .checks import as_numbers, check_is, check_probability, check_scalar
+from .estimate import Fit
 from .pieces import FARTHEST, STEP, PolarSearch, area_of
 from .profile import criterion_at
 from .uniform import moving_pairs
@@ -72,7 +73,7 @@ class Region:
 
         It is counted from ``cost``. `ValueError` for points of another shape.
         """
-        points = np.asarray(points, dtype=float)
+        points = as_numbers("points", points)
         if points.ndim == 0 or points.shape[-1] != 2:
             raise ValueError(f"points must have shape (..., 2), got {points.shape}")
         flat, places = points.reshape(-1, 2), moving_pairs(self.scenario.coordinates)[0]
@@ -132,7 +133,7 @@ def confidence_region(fit, probability=0.9, nearest=None):
     Region(0.9; 4031 m to 5460 m from the platform)
     """
     probability = check_probability(probability)
-    fit.check_squares("a region")
+    check_is("fit", fit, Fit).check_squares("a region")
     if fit.state.ndim != 1:
         raise ValueError(f"a region is of one run, and these are {fit.state.shape[:-1]}; fit one")
     if not np.isfinite(fit.state).all():

@@ -33,7 +33,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .checks import check_count
+from .checks import check_count, check_is
+from .estimate import Fit
 from .residual_words import sentences
 
 LAGS, COSINES = 10, 8
@@ -149,17 +150,18 @@ def residual_tests(fit, lags=LAGS, cosines=COSINES):
     True
     """
     lags, cosines = check_count("lags", lags), check_count("cosines", cosines)
-    fit.check_squares("a test of residuals")
+    check_is("fit", fit, Fit).check_squares("a test of residuals")
     scenario, shape = fit.scenario, fit.cost.shape
     slow = _slow_functions(scenario, cosines)
     state = np.where(fit.converged[..., None], fit.state, np.nan).reshape(-1, fit.state.shape[-1])
-    measured = fit.measured.reshape(len(state), -1)
+    measured = fit.measured.reshape(-1, fit.measured.shape[-1])
     count, block = len(state), max(1, BLOCK_ELEMENTS // (slow.size + len(slow)))
     parts = [
         _statistics(scenario, state[i : i + block], measured[i : i + block], slow, lags)
         for i in range(0, max(count, 1), block)
     ]
-    found = [np.concatenate(part).reshape(*shape, -1) for part in zip(*parts, strict=True)]
+    tables = [np.concatenate(part) for part in zip(*parts, strict=True)]
+    found = [table.reshape(*shape, table.shape[-1]) for table in tables]
     size, drift, correlation, largest = zip(found[0:8:2], found[1:8:2], strict=True)
     names = (*(sensor.name for sensor in scenario.sensors), "all")
     return ResidualTests(

@@ -17,7 +17,16 @@ from functools import cached_property
 
 import numpy as np
 
-from .checks import check_count, check_scalar, set_fields
+from .checks import (
+    as_numbers,
+    check_count,
+    check_has,
+    check_scalar,
+    check_seed,
+    check_sequence,
+    set_fields,
+    short,
+)
 from .sensors import Sensor, SensorBlock
 from .uniform import KINEMATIC
 
@@ -62,18 +71,16 @@ class Scenario:
     def __post_init__(self):
         set_fields(
             self,
-            sensors=tuple(self.sensors),
+            platform=check_has("platform", self.platform, "position_at"),
+            sensors=check_sequence("sensors", self.sensors, Sensor),
             reference_time=check_scalar("reference_time", self.reference_time),
         )
         if not self.sensors:
             raise ValueError("sensors is empty; a scenario needs at least one Sensor")
-        if not all(isinstance(sensor, Sensor) for sensor in self.sensors):
-            raise ValueError(
-                f"sensors must be Sensor objects, got {[type(s).__name__ for s in self.sensors]}"
-            )
         for block in self.blocks:
             block.check_shapes()
         if self.target is not None:
+            check_has("target", self.target, "position_at")
             self._noise_free  # noqa: B018  a target that cannot be measured is refused here
 
     # -- knowledge ------------------------------------------------------------------------------
@@ -151,7 +158,7 @@ class Scenario:
 
     def check_state(self, state):
         """``state`` as a float array ``(..., n)``; `ValueError` when its last axis does not fit."""
-        state = np.asarray(state, dtype=float)
+        state = as_numbers("state", state)
         n = len(self.coordinates)
         if state.ndim == 0 or state.shape[-1] != n:
             raise ValueError(f"state must have shape (..., {n}) for {self.coordinates}, got {state.shape}")
@@ -160,13 +167,20 @@ class Scenario:
     def check_measurements(self, angles):
         """``angles`` as a float array ``(..., N)``; `ValueError` when its last axis does not fit.
 
-        What a masked array masks is missing: NaN.
+        What a masked array masks is missing: NaN. Bearings of a sensor that are all beyond a whole turn, in
+        all runs, are refused: they are degrees.
         """
-        if np.ma.isMaskedArray(angles):
-            angles = np.ma.asarray(angles, dtype=float).filled(np.nan)
-        angles = np.asarray(angles, dtype=float)
+        angles = as_numbers("measurements", angles)
         if angles.ndim == 0 or angles.shape[-1] != len(self.times):
             raise ValueError(f"measurements must have shape (..., {len(self.times)}), got {angles.shape}")
+        for block in self.blocks:
+            part = np.abs(angles[..., block.columns])
+            least = np.min(part, initial=np.inf, where=~np.isnan(part))
+            if getattr(block.sensor.model, "is_bearing", False) and 2 * np.pi < least < np.inf:
+                raise ValueError(
+                    f"measurements of {block.sensor.name} must be bearings in radians, but all are beyond "
+                    f"2 pi, from {least:g} on: this looks like degrees"
+                )
         return angles
 
     # -- truth ----------------------------------------------------------------------------------
@@ -201,6 +215,8 @@ class Scenario:
     @cached_property
     def _noise_free(self):
         target = self._needs_target("measure")
+        for sensor in self.sensors:
+            check_has(f"the model of {sensor.name}", sensor.model, "observe")
         seen = [s.model.observe(target, self.platform_of(s), s.times) for s in self.sensors]
         for sensor, values in zip(self.sensors, seen, strict=True):
             lost = ~np.isfinite(values)
@@ -222,7 +238,7 @@ class Scenario:
         (see `tmalib.montecarlo.Stream`) or a generator.
         """
         runs, exact = check_count("runs", runs), self._noise_free
-        noise = np.random.default_rng(seed).standard_normal((runs, len(self.times)))
+        noise = check_seed(seed).standard_normal((runs, len(self.times)))
         noise *= self.sigma
         noise += exact
         return noise
@@ -231,6 +247,9 @@ class Scenario:
 
     def between(self, first, last):
         """The scenario with the measurements from time ``first`` to ``last`` only, both included."""
+        first, last = (as_numbers(name, end) for name, end in (("first", first), ("last", last)))
+        if first.ndim or last.ndim:
+            raise ValueError(f"first and last must be two numbers, got {short(first)} and {short(last)}")
         wanted = (self.times >= first) & (self.times <= last)
         if not wanted.any():
             raise ValueError(

@@ -7,7 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .checks import check_array, check_scalar, set_fields
+from .checks import check_array, check_has, check_scalar, set_fields, short
+
+METHODS = ("coordinates", "observer_state", "value_and_gradient", "residual")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +37,14 @@ class Sensor:
     platform: object = None
 
     def __post_init__(self):
+        check_has("model", self.model, *METHODS)
+        if self.platform is not None:
+            check_has("platform", self.platform, "position_at")
+        if not isinstance(self.name, str):
+            raise ValueError(f"name must be a text, got {short(self.name)}")
         times = check_array("times", self.times, (None,))
+        if not len(times):
+            raise ValueError("times is empty; a sensor needs at least one")
         if np.any(np.diff(times) < 0):
             raise ValueError("times of a sensor must not go back; sort them, and the measurements with them")
         sigma = self.sigma
@@ -45,6 +54,8 @@ class Sensor:
                 raise ValueError(f"sigma must be positive, got {sigma.min()}")
         elif sigma is not None:
             sigma = check_scalar("sigma", sigma, above=0.0)
+        if getattr(self.model, "is_bearing", False) and sigma is not None and np.min(sigma) > np.pi:
+            raise ValueError(f"sigma of a bearing must be in radians, got {short(sigma)}: in degrees?")
         set_fields(self, times=times, sigma=sigma, name=self.name or type(self.model).__name__)
 
     def __len__(self):

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .checks import as_numbers, check_broadcast, short
+
 POSITION, VELOCITY = ("x", "y"), ("vx", "vy")
 PLANE = (*POSITION, *VELOCITY)
 KINEMATIC = ("x", "y", "z", "vx", "vy")
@@ -19,6 +21,8 @@ def moving_pairs(coordinates):
 
     `ValueError` for a state without position and velocity, and for one whose motion is not uniform.
     """
+    if isinstance(coordinates, str) or not all(isinstance(name, str) for name in coordinates):
+        raise ValueError(f"coordinates must be a sequence of names, got {short(coordinates)}")
     missing = [name for name in PLANE if name not in coordinates]
     bending = [name for name in coordinates if name in BENDING]
     if missing or bending:
@@ -56,7 +60,7 @@ def transition(duration, coordinates=PLANE):
     array([1., 0., 0., 2., 0.])
     """
     places, speeds = moving_pairs(coordinates)
-    duration, n = np.asarray(duration, dtype=float), len(coordinates)
+    duration, n = as_numbers("duration", duration), len(coordinates)
     phi = np.zeros((*duration.shape, n, n))
     phi[..., np.arange(n), np.arange(n)] = 1.0
     phi[..., places, speeds] = duration[..., None]
@@ -66,8 +70,11 @@ def transition(duration, coordinates=PLANE):
 def propagate(state, duration, coordinates=PLANE):
     """State ``(..., n)`` after ``duration`` seconds of constant velocity motion, ``Phi X``."""
     places, speeds = moving_pairs(coordinates)
-    state, duration = np.array(state, dtype=float), np.asarray(duration, dtype=float)
-    shape = (*np.broadcast_shapes(state.shape[:-1], duration.shape), state.shape[-1])
+    state, duration, n = as_numbers("state", state), as_numbers("duration", duration), len(coordinates)
+    if state.ndim == 0 or state.shape[-1] != n:
+        raise ValueError(f"state must have shape (..., {n}) for {tuple(coordinates)}, got {state.shape}")
+    shape = (*check_broadcast(state=state[..., 0], duration=duration), n)
     moved = np.broadcast_to(state, shape).copy()
-    moved[..., places] += duration[..., None] * moved[..., speeds]
+    with np.errstate(over="ignore", invalid="ignore"):  # a run that is lost stays so
+        moved[..., places] += duration[..., None] * moved[..., speeds]
     return moved

@@ -7,6 +7,8 @@ admissibility is reported by `admissible`, not applied. Which other targets the 
 `near_ghosts`.
 """
 
+from ..checks import check_is
+from ..scenario import Scenario
 from .family import TOLERANCE, Family, admissible, check_tolerance
 from .near import NearGhost, near_ghosts
 from .one_leg import ghosts_of_one_leg
@@ -59,6 +61,7 @@ def find_ghosts(scenario, *, tolerance=TOLERANCE, within=None):
     -----
     Source: `conical-angles`, Theorems 1 to 3, as corrected in the book.
     """
+    check_is("scenario", scenario, Scenario)
     turned = measured_on_a_turn(scenario, check_tolerance(tolerance))
     families = (ghosts_of_two_legs if turned else ghosts_of_one_leg)(scenario, tolerance=tolerance)
     if within is None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..checks import check_scalar
+from ..checks import check_is, check_scalar
 from ..motion import Target
 
 # What is zero up to rounding, relative to the largest number that it comes from.
@@ -108,5 +108,9 @@ def verified(scenario, families, tolerance):
 
 def admissible(target, bottom_depth, deepest=None):
     """Whether a ghost could be a vehicle: ``0 <= z <= D``, and ``z <= zMax`` if ``deepest`` is given."""
-    limit = bottom_depth if deepest is None else min(bottom_depth, deepest)
+    limit = check_scalar("bottom_depth", bottom_depth, above=0.0)
+    if deepest is not None:
+        limit = min(limit, check_scalar("deepest", deepest, minimum=0.0))
+    if check_is("target", target, Target).depth is None:
+        raise ValueError("target must have a depth, got None")
     return 0 <= target.depth <= limit

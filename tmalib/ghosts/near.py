@@ -26,7 +26,7 @@ from functools import partial
 import numpy as np
 
 from ..batch import fit
-from ..checks import check_scalar
+from ..checks import check_is, check_scalar, check_sequence
 from ..cones import ConicalAngle
 from ..motion import Target
 from ..scenario import Scenario, Sensor
@@ -115,6 +115,8 @@ def near_ghosts(scenario, within, *, starts=None, known=()):
     3.90: -1145 m, 3862 m, 2805 m deep, in water: True
     """
     level = check_scalar("within", within, above=0.0)
+    known = check_sequence("known", known, Target)
+    check_is("scenario", scenario, Scenario)
     scenario = _depth_in_state(scenario)
     grid = grid_of_starts(scenario)
     if starts is not None:
@@ -266,8 +268,13 @@ def _ghost(scenario, state):
     return NearGhost(
         case="near",
         source="a minimum of chi-square",
-        make=lambda: target,
+        make=partial(_the_same, target),
         chi_square=float(chi_square(scenario, state)),
         rank=int(_rank(scenario, state)),
         in_water=admissible(target, min(sensor.model.bottom_depth for sensor in scenario.sensors)),
     )
+
+
+def _the_same(target):
+    """What makes an isolated ghost: a function that can be pickled."""
+    return target

@@ -41,8 +41,8 @@ def nearest_motion(times, positions, reference_time=0.0, norm="sum"):
     elapsed = times - check_scalar("reference_time", reference_time)
     if norm not in NORMS:
         raise ValueError(f"norm must be one of {NORMS}, got {norm!r}")
-    if np.ptp(times) == 0:
-        raise ValueError("times must not all be the same: they leave the velocity open")
+    if len(times) == 0 or np.ptp(times) == 0:
+        raise ValueError("times must not be empty or all the same: they leave the velocity open")
     centre, scale = elapsed.mean(), np.ptp(elapsed)
     basis = np.stack([np.ones_like(elapsed), (elapsed - centre) / scale], axis=-1)
     fitted = np.linalg.lstsq(basis, positions)[0]

@@ -23,7 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bounds import crlb, whitened_jacobian
-from ..checks import check_scalar
+from ..checks import as_numbers, check_is, check_scalar
+from ..scenario import Scenario
 from ..uniform import transition
 
 
@@ -44,7 +45,7 @@ class Response:
 
     def along(self, displacement):
         """``v_k = <H_k, U_k>`` of displacements ``(..., N, 2)``, shape ``(..., N)``, in metres."""
-        displacement = np.asarray(displacement, dtype=float)
+        displacement = as_numbers("displacement", displacement)
         if displacement.shape[-2:] != self.direction.shape:
             wanted = ", ".join(map(str, self.direction.shape))
             raise ValueError(f"displacement must have shape (..., {wanted}), got {displacement.shape}")
@@ -52,7 +53,7 @@ class Response:
 
     def displacement(self, along):
         """The shortest displacement ``(..., N, 2)`` with given ``v_k``, shape ``(..., N)``."""
-        return np.asarray(along)[..., None] * self.direction
+        return as_numbers("along", along)[..., None] * self.direction
 
 
 def position_places(scenario):
@@ -64,6 +65,7 @@ def position_places(scenario):
 
 def check_one_state(scenario, state):
     """The state about which to linearise: one, not a batch."""
+    check_is("scenario", scenario, Scenario)
     state = scenario.check_state(scenario.state if state is None else state)
     if state.ndim != 1:
         raise ValueError(f"one state is needed here, got an array of shape {state.shape}")
@@ -128,7 +130,7 @@ def displaced_measurements(scenario, displacement, state=None):
 
 def displaced(scenario, displacement, state):
     """Measurements of ``X_theta + H`` and their gradient ``p_k`` there, ``(..., N)`` and ``(..., N, 2)``."""
-    displacement = np.asarray(displacement, dtype=float)
+    displacement = as_numbers("displacement", displacement)
     count = len(scenario.times)
     if displacement.shape[-2:] != (count, 2):
         raise ValueError(f"displacement must have shape (..., {count}, 2), got {displacement.shape}")
@@ -146,14 +148,14 @@ def displaced(scenario, displacement, state):
 
 def position_criterion(scenario, time):
     """The criterion "position at a time": the matrix ``C``, shape ``(2, n)``, in metres."""
-    elapsed = check_scalar("time", time) - scenario.reference_time
+    elapsed = check_scalar("time", time) - check_is("scenario", scenario, Scenario).reference_time
     return transition(elapsed, scenario.coordinates)[position_places(scenario)]
 
 
 def check_criterion(scenario, criterion):
     """``C`` as a float matrix ``(m, n)``; the identity, the paper's parameter norm, for None."""
-    n = len(scenario.coordinates)
-    criterion = np.eye(n) if criterion is None else np.asarray(criterion, dtype=float)
+    n = len(check_is("scenario", scenario, Scenario).coordinates)
+    criterion = np.eye(n) if criterion is None else as_numbers("criterion", criterion)
     if criterion.ndim != 2 or criterion.shape[1] != n or not np.all(np.isfinite(criterion)):
         raise ValueError(f"criterion must be a finite matrix of shape (m, {n}), got {criterion.shape}")
     return criterion
@@ -236,7 +238,8 @@ def sandwich_covariance(scenario, measured, state, step=1e-4):
     Source: `robustness`, Propositions 4 and 9 and Theorem 3, as corrected. The error of the differences is of
     relative order ``step^2``.
     """
-    measured, state = scenario.check_measurements(measured), check_one_state(scenario, state)
+    state = check_one_state(scenario, state)
+    measured = scenario.check_measurements(measured)
     bound = crlb(scenario, state)
     step = check_scalar("step", step, above=0.0) * np.sqrt(np.diagonal(bound))
     around = state + np.concatenate([np.diag(step), -np.diag(step)])
