@@ -177,7 +177,8 @@ def half_lines_from_the_axis(ax, scenario, half_lines):
 def two_leg_maps(panels, with_line_of_sight=()):
     """Six maps of two legs, as a figure: ``panels`` has a scenario and its ghosts by the panel's letter.
 
-    Dots are positions at the turn; some panels have the line of sight at the turn, dotted.
+    Dots are positions at the turn, arrowheads are at the end; some panels have the line of sight at the turn,
+    dotted.
     """
     fig, axes = plt.subplots(2, 3, figsize=(7.6, 5.6))
     for (letter, (scenario, ghosts)), ax in zip(panels.items(), axes.flat, strict=True):
@@ -204,8 +205,18 @@ def _two_leg_map(ax, scenario, ghosts, line_of_sight):
         figures.path(ax, ghost.position_at(times), "mle", label=label, linestyle="--")
     for motion, entity in ((scenario.target, "target"), *((ghost, "mle") for ghost in ghosts)):
         ax.plot(*motion.position_at(turn) / 1e3, "o", color=figures.colour(entity), markersize=4)
+        _arrowhead(ax, motion, times[-1], entity)
+    _arrowhead(ax, scenario.platform, times[-1], "platform")
     figures.map_axes(ax)
     ax.xaxis.set_major_locator(plt.MaxNLocator(4))
+
+
+def _arrowhead(ax, motion, time, entity):
+    """Where a motion goes; nothing at rest."""
+    tail, tip = motion.position_at(np.array([0.98, 1.0]) * time) / 1e3
+    if np.hypot(*(tip - tail)) > 1e-6:
+        head = dict(arrowstyle="-|>", color=figures.colour(entity), mutation_scale=11, shrinkA=0, shrinkB=0)
+        ax.annotate("", tip, tail, arrowprops=head)
 
 
 def _beside_the_array(ax):
