@@ -71,3 +71,8 @@ def test_every_number_has_a_cell_and_a_reader(tmp_path, monkeypatch):
         "notebooks/toy/coins.ipynb: no cell of toy/coins.ipynb makes the number toy-gone",
         "toy/coins.ipynb: no page uses the number toy-dead",
     ]
+
+
+def test_the_words_for_phrases_are_watched_and_their_parts_are_not():
+    assert prose.verdicts_in("It mostly holds.\n") == ["It mostly holds."]
+    assert prose.verdicts_in("It holds where the text says so, and depends on what is assumed.\n") == []

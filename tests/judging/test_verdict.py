@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from tmalib import Stream, judging, statistics
 from tmalib.judging import verdict as module
@@ -185,6 +186,30 @@ def test_verdicts_on_phrases():
     assert judging.same_digits(0.12345, assumed.printed) == "0.123"
 
 
+@pytest.mark.parametrize(
+    ("among", "word"),
+    [
+        ((60, 60), judging.MOSTLY),
+        ((52, 60), judging.MOSTLY),
+        ((51, 60), judging.DEPENDS),  # 0.733 of them, at the least
+        ((30, 60), judging.DEPENDS),
+        ((9, 60), judging.DEPENDS),
+        ((8, 60), judging.RARELY),
+        ((3, 3), judging.DEPENDS),  # three scenarios say little
+        ((0, 60), judging.RARELY),
+    ],
+)
+def test_a_phrase_is_judged_by_the_share_of_plausible_scenarios(among, word):
+    claim = phrase(0.4, at_least=0.1, among=among)
+    assert claim.verdict == word == phrase(0.04, at_least=0.1, among=among).verdict
+    assert claim.note.startswith(f"holds in {among[0]} of {among[1]} plausible scenarios (")
+    low, high = judging.share_interval(*among)
+    if among[0]:
+        assert binom.sf(among[0] - 1, among[1], low) == pytest.approx(0.025, rel=1e-6)
+    if among[0] < among[1]:
+        assert binom.cdf(*among, high) == pytest.approx(0.025, rel=1e-6)
+
+
 def test_verdicts_travel_as_json():
     table = judging.judge(
         PAPER, TABLE, {("xT", "std_crlb"): judging.Ours(342.38), ("yT", "std_crlb"): judging.Ours(0.0)}
@@ -209,6 +234,8 @@ def test_verdicts_travel_as_json():
         (lambda: judged("std_mle", 340.0), "needs standard errors"),
         (lambda: judged("std_crlb", 340.0, at_least=0.0), "are for text rows"),
         (lambda: phrase(0.4), "are for text rows"),
+        (lambda: phrase(0.4, at_least=0.1, among=(4, 3)), "held and scenarios"),
+        (lambda: judged("std_crlb", 340.0, among=(3, 4)), "among is for text rows"),
         (
             lambda: judging.judge(PAPER, TABLE, {("xT", "true"): judging.Ours(1.0)}).of("yT", "true"),
             "no claim on row",

@@ -6,6 +6,7 @@ from scipy.optimize import least_squares
 
 import tmalib as tma
 from tmalib import judging
+from tmalib.montecarlo import Runs, Source
 from tmalib.papers.robustness import measures
 from tmalib.papers.robustness import phrases as text
 from tmalib.papers.robustness import scenarios as paper
@@ -76,14 +77,47 @@ def test_an_estimate_without_a_minimum_is_infinite_and_bad():
     assert not text.PHRASES["first order, circular target"].holds(np.nan)
 
 
-def test_judged_with_the_share_of_geometries():
-    here = dict.fromkeys(text.PHRASES, 0.2)
-    elsewhere = dict.fromkeys(text.PHRASES, np.array([0.05, 0.2, np.nan]))
-    error = dict.fromkeys(text.PHRASES, 0.0) | {"information": 0.01}
-    table = text.judge_phrases(here, error, elsewhere, made_from=[])
-    claim = table.of("BLS, circular target", "claim")
-    assert claim.verdict == judging.UNSPECIFIED
-    assert "holds: at least 0.1" in claim.note
-    assert "holds in 1 of 3" in claim.note
-    assert table.of("information", "claim").note.startswith("does not hold")
-    assert table.of("information", "claim").se == 0.01
+@pytest.fixture
+def runs():
+    """Made up: ten scenarios; clouds degenerate in the first four; the BLS bad in the last five."""
+    found = {name: np.full(10, 0.2) for name in text.PHRASES}
+    found["form"] = np.arange(10) % 4
+    for case in text.CASES:
+        found[f"families, {case}"] = np.array([1.0] * 4 + [10.0] * 6)
+        found[f"BLS, {case}"] = np.array([0.05] * 5 + [0.2] * 5)
+        found[f"particles against BLS, {case}"] = np.linspace(0.5, 1.4, 10)
+    found["first order, circular target"] = np.array([np.nan] * 4 + [0.05] * 6)
+    return found
+
+
+def test_degenerate_clouds_and_a_good_bls_do_not_count(runs):
+    shares = text.shares(runs)
+    assert shares["BLS, circular target"] == (5, 10)
+    assert shares["particles, circular target"] == (5, 5), "sound clouds, where the BLS is bad"
+    assert shares["EKF against BLS, circular target"] == (0, 5), "where the BLS is bad"
+    assert shares["bearings, worst perturbation"] == (5, 5)
+    assert shares["speeds, worst perturbation"] == (0, 10)
+    assert shares["particles against BLS, worst perturbation"] == (5, 5)
+    assert shares["first order, circular target"] == (6, 10), "what is not a number does not hold"
+    assert text.shares(runs, runs["form"] == 0)["particles, circular target"] == (1, 1)
+    assert not text.sound("particles, circular target", runs)[:4].any()
+
+
+def test_judged_by_the_share_of_scenarios(runs):
+    runs = Runs(runs, Source("", "toy", 1, 0))
+    table = text.judge_phrases(runs)
+    assert len(table) == len(text.PHRASES) == 20
+    assert table.of("other models", "claim").verdict == judging.DEPENDS, "ten of ten: the interval is wide"
+    claim = table.of("particles, circular target", "claim")
+    assert claim.note.startswith("holds in 5 of 5 plausible scenarios (48 to 100 %): at least 0.1 was asked")
+    assert "left out" not in claim.note, "the BLS is good where the clouds are degenerate"
+    few = {f"families, {text.CASES[0]}": np.array([2.0] * 7 + [11.0] * 3)}
+    runs = Runs(dict(runs) | few, runs.source)
+    claim = text.judge_phrases(runs).of("particles, circular target", "claim")
+    assert "2 degenerate clouds are left out" in claim.note
+    with pytest.raises(ValueError, match="our value"):
+        text.judge_phrases(
+            Runs(dict(runs) | {"first order, circular target": np.full(10, np.nan)}, runs.source)
+        )
+    assert text.middle("first order, circular target", [np.nan, 0.05, 0.06]) == 0.06
+    assert text.middle("BLS, circular target", [np.nan, 0.05, 0.06]) == 0.05

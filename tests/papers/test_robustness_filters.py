@@ -120,38 +120,32 @@ def test_the_worse_sign_is_worse(geometry):
     assert np.hypot(*worse.T).max() == pytest.approx(paper.WORST)
 
 
-def test_phrases_are_those_of_the_ledger(geometry):
-    seed = PAPER.stream("robustness/filters").chunk()
-    values, errors = filters.measure_filters(geometry, seed, particles=500)
-    assert filters.measure_filters(geometry, seed, particles=500) == (values, errors), "asked again"
-    rows = {key[1] for key in PAPER.ledger if key[0] == "Text"}
-    assert set(filters.PARTICLE_PHRASES) < set(values) <= rows
-    assert len(values) == 7
-    assert np.isfinite(list(values.values())).all()
-    assert errors == dict.fromkeys(values, 0.0), "one draw"
+def test_halfway_and_error_over_bls(geometry):
+    """A Gaussian cloud about the BLS, at the origin, with half the distance as its spread; target at 1 km."""
+    normal = np.random.default_rng(3).standard_normal((100_000, 4))
+    wide = stand_in(geometry, normal * [10.0, 500.0, 1.0, 1.0])
+    narrow = stand_in(geometry, normal * [10.0, 100.0, 1.0, 1.0])
+    assert filters.density_between(wide) == pytest.approx(np.exp(-0.5), abs=0.03)
+    assert filters.density_between(narrow) < 1e-3
+    at_the_truth = stand_in(geometry, normal * [1.0, 1.0, 1.0, 1.0] + [0.0, 1e3, 0.0, 0.0])
+    assert filters.error_over_bls(at_the_truth, at_the_truth.cloud[:, :2]) < 1e-3
+    assert filters.error_over_bls(wide, wide.cloud[:, :2]) == pytest.approx(1, abs=0.01)
+    assert filters.error_over_bls(wide, np.array([300.0, 1e3])) == pytest.approx(0.3)
+    assert filters.error_over_bls(wide, np.array([np.nan, 1e3])) == np.inf
+    lost = stand_in(geometry, normal, bls=(np.nan,) * 4)
+    assert filters.error_over_bls(lost, np.array([300.0, 1e3])) == 0
 
 
-def test_draws_change_the_particles_alone(geometry):
-    """Mean and standard error are those of single draws; no other estimator scatters."""
-    circle, worst = PAPER.stream("robustness/filters").chunk().spawn(2)
-    displaced = geometry.displaced(filters.worse_perturbation(geometry))
-    options = dict(particles=500, together=10)
-    found = np.array([
-        (
-            filters.cloud_size(filters.filtered(geometry, geometry.circle, circle, draw=k, **options)),
-            filters.cloud_maximum(last := filters.filtered(geometry, displaced, worst, draw=k, **options)),
-            filters.truth_tail(last),
-        )
-        for k in range(3)
-    ])  # fmt: skip
-    one, _ = filters.measure_filters(geometry, PAPER.stream("robustness/filters").chunk(), **options)
-    values, errors = filters.measure_filters(
-        geometry, PAPER.stream("robustness/filters").chunk(), draws=3, **options
-    )
-    drawn = filters.PARTICLE_PHRASES
-    np.testing.assert_allclose([values[name] for name in drawn], found.mean(axis=0), rtol=1e-12)
-    np.testing.assert_allclose(
-        [errors[name] for name in drawn], found.std(axis=0, ddof=1) / np.sqrt(3), rtol=1e-9
-    )
-    for name in set(values) - set(drawn):
-        assert (values[name], errors[name]) == (one[name], 0.0)
+def test_cases_together_are_the_cases_alone(geometry):
+    """Bit for bit in the particles; the Kalman filters run side by side and do not know of each other."""
+    seeds = PAPER.stream("robustness/filters").chunk().spawn(2)
+    cases = {"circle": (geometry.circle, seeds[0]), "calm": (geometry.straight, seeds[1])}
+    options = dict(particles=300, beta=40.0, together=10, draw=1, prior_range=8e3)
+    together = filters.filtered_cases(geometry, cases, **options)
+    for name, (scenario, seed) in cases.items():
+        alone = filters.filtered(geometry, scenario, seed, **options)
+        np.testing.assert_array_equal(together[name].cloud, alone.cloud)
+        np.testing.assert_allclose(together[name].kalman.state, alone.kalman.state, rtol=1e-9)
+        np.testing.assert_allclose(together[name].bls, alone.bls, rtol=1e-9)
+    other = filters.filtered(geometry, geometry.circle, seeds[0], **options | {"prior_range": 2e4})
+    assert np.all(other.kalman.state[-1] != together["circle"].kalman.state[-1])

@@ -1,13 +1,14 @@
 """A paper's manifest and ledger: all that the book has to know of it, read from its folder.
 
 ``paper.toml`` has key, title, citation, part of the book, chapters; tables, rows and columns as in the ledger
-and as typeset; random streams with their numbers; errata with title and status. ``published.csv`` is the
+and as typeset; random streams with their numbers; errata with title and status; and, where phrases are judged
+over what a paper does not print, from where that is drawn (``plausible``). ``published.csv`` is the
 ledger, one row a printed value, exactly as printed. No number of a paper stands anywhere else.
 """
 
 import csv
 import tomllib
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from decimal import Decimal
 from functools import cached_property
 from pathlib import Path
@@ -72,6 +73,7 @@ class Paper:
     columns: dict
     streams: dict
     errata: dict
+    plausible: dict = field(default_factory=dict)
 
     @cached_property
     def ledger(self):
@@ -108,8 +110,8 @@ def read_paper(folder):
     """The `Paper` in a folder; `ValueError` for a manifest that lacks something or has something unknown."""
     path = Path(folder) / "paper.toml"
     found = tomllib.loads(path.read_text(encoding="utf-8"))
-    wanted = {field.name for field in fields(Paper)} - {"folder"}
-    if found.keys() != wanted:
+    wanted = {each.name for each in fields(Paper)} - {"folder", "plausible"}
+    if found.keys() - {"plausible"} != wanted:
         raise ValueError(f"{path} must have {sorted(wanted)}, got {sorted(found)}")
     return Paper(Path(folder), **found)
 

@@ -10,7 +10,11 @@ from pathlib import Path
 
 from .chapters import notebooks_in, read
 
-WORDS = re.compile(r"\b(?:reproduced|inconclusive|unspecified|unjudged)\b|[✓✗]", re.IGNORECASE)
+WORDS = re.compile(
+    r"\b(?:reproduced|inconclusive|unspecified|unjudged|(?:mostly|rarely) holds)\b"
+    r"|\bdepends on what is not printed\b|[✓✗●◐○]",
+    re.IGNORECASE,
+)
 DEFINES = "(how-we-judge)="  # the label of the page that says what the words mean
 FROM_LEDGER = re.compile(r"\{(?:verdict|count)\}`[^`]+`")
 CODE = re.compile(r"^```(?:python|console|text)\n.*?^```", re.MULTILINE | re.DOTALL)

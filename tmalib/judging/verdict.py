@@ -1,7 +1,8 @@
 """The verdict on a printed value; the page "How a printed number is judged" of the book gives the reasons.
 
 *Deterministic* rows and *inputs* agree within one unit of the last printed digit, a *count* must be equal, a
-*text* (a phrase) lies between limits that the chapter sets beforehand. *Monte-Carlo* rows are compared by::
+*text* (a phrase) lies between limits that the chapter sets beforehand; if that rests on what is not printed,
+the share of plausible scenarios in which it does decides (`share_word`). *Monte-Carlo* rows are compared by::
 
     z = max(0, |ours - printed| - half a unit) / sqrt(SE_ours^2 + SE_printed^2)
 
@@ -30,13 +31,31 @@ CORRECTED = "reproduced after correction"
 NOT_REPRODUCED = "not reproduced"
 INCONCLUSIVE = "inconclusive"
 UNSPECIFIED = "unspecified"
+MOSTLY = "mostly holds"
+DEPENDS = "depends on what is not printed"
+RARELY = "rarely holds"
 SYMBOLS = {REPRODUCED: "✓", CORRECTED: "✓*", NOT_REPRODUCED: "✗", INCONCLUSIVE: "?", UNSPECIFIED: "~"}
+SYMBOLS |= {MOSTLY: "●", DEPENDS: "◐", RARELY: "○"}
+FEW, MOST = 0.25, 0.75  # of the plausible scenarios
 
 
 def within(value, at_least=None, at_most=None):
     """Whether a value, or each of an array, is between its limits; NaN is not."""
     value = np.asarray(value, dtype=float)
     return np.clip(value, at_least, at_most) == value
+
+
+def share_interval(held, scenarios):
+    """Interval of Clopper and Pearson, level ``1 - ALPHA``, for a share seen as ``held`` of ``scenarios``."""
+    from scipy.stats import binomtest  # imported here: it costs half a second
+
+    return tuple(map(float, binomtest(held, scenarios).proportion_ci(1 - ALPHA, method="exact")))
+
+
+def share_word(held, scenarios):
+    """The verdict on a phrase that holds in so many plausible scenarios: the interval decides."""
+    low, high = share_interval(held, scenarios)
+    return MOSTLY if low > MOST else RARELY if high < FEW else DEPENDS
 
 
 @dataclass(frozen=True)
@@ -52,6 +71,7 @@ class Ours:
     note: str = ""
     at_least: float | None = None
     at_most: float | None = None
+    among: tuple | None = None  # plausible scenarios in which a phrase holds, and how many there are
 
     @property
     def criterion(self):
@@ -133,6 +153,8 @@ def _judge_row(row, ours, limit, sources):
     check_scalar(f"our value of {row.key}", ours.value)
     if (row.kind == "text") != bool(ours.criterion):
         raise ValueError(f"limits are for text rows, which need one: {row.key}, got {ours}")
+    if ours.among and (row.kind != "text" or not 0 <= ours.among[0] <= ours.among[1] > 0):
+        raise ValueError(f"among is for text rows, held and scenarios: {row.key}, got {ours}")
     tested, held, resolved = {}, "", True
     if row.kind == "monte-carlo":
         if not (ours.se > 0 and ours.se_printed > 0 and ours.spread > 0):
@@ -145,7 +167,7 @@ def _judge_row(row, ours, limit, sources):
         resolved = ours.se <= ours.se_printed and detectable <= RESOLUTION * ours.spread
     elif row.kind == "text":
         agrees, tested = within(ours.value, ours.at_least, ours.at_most), dict(sources=sources)
-        held = f"{'holds' if agrees else 'does not hold'}: {ours.criterion} was asked"
+        held = f"{_where(agrees, ours)}: {ours.criterion} was asked"
     else:
         agrees = row.agrees(ours.value)
     note = "; ".join(filter(None, (held, ours.note, ours.assumption)))
@@ -154,8 +176,19 @@ def _judge_row(row, ours, limit, sources):
     return Claim(**vars(row), **found, **tested)
 
 
+def _where(agrees, ours):
+    """Where a phrase holds, in words."""
+    if not ours.among:
+        return "holds" if agrees else "does not hold"
+    low, high = share_interval(*ours.among)
+    held, scenarios = ours.among
+    return f"holds in {held} of {scenarios} plausible scenarios ({100 * low:.0f} to {100 * high:.0f} %)"
+
+
 def _word(agrees, resolved, ours):
-    """The verdict in one of the five words."""
+    """The verdict in one of the words of `SYMBOLS`."""
+    if ours.among:
+        return share_word(*ours.among)
     if ours.assumption:
         return UNSPECIFIED
     if not agrees:

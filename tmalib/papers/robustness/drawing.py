@@ -1,4 +1,4 @@
-"""`robustness`: drawing what `filters.filtered` returns (Figures 5 to 8), and the phrases over geometries."""
+"""`robustness`: drawing what `filters.filtered` returns (Figures 5 to 8)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ WINDOW = (-10.0, 15.0), (-6.0, 8.0)  # km, the axes of the paper's Figure 1
 NORTH_OF_KALMAN = 14.0  # km: its first seconds are outside
 NAMES = ("$x$ (km)", "$y$ (km)", r"$\dot x$ (m/s)", r"$\dot y$ (m/s)")
 BLS = "BLS estimate"
-MARGINS = 0.05, 50.0  # edges of the drawing of the phrases
 
 
 def courses(ax, found, *, kalman=False, particles=False):
@@ -169,51 +168,3 @@ def against_beta(swept, betas, names):
 def _reference_lines(line):
     line(0, color=figures.colour("mle"))
     line(1, color=figures.colour("target"), linestyle="--")
-
-
-def phrases_in_geometries(phrases, reference, elsewhere):
-    """Figure: all phrases in all geometries, a row each, by how many times better than the limit they are.
-
-    Parameters
-    ----------
-    phrases : dict
-        Name to `phrases.Phrase`.
-    reference : dict
-        Name to number, in the reference geometry: a diamond.
-    elsewhere : dict
-        Name to numbers ``(G,)``, in random geometries: dots; how many hold stands at the right.
-    """
-    fig, ax = plt.subplots(figsize=(7.2, 6.2))
-    low, high = MARGINS
-    ax.axvspan(1, high, color="#F0F0F0", zorder=0)
-    ax.axvline(1, color="black", linewidth=1)
-    count = len(next(iter(elsewhere.values())))
-    heights = np.random.default_rng(0).uniform(-0.22, 0.22, count)
-    for place, (name, phrase) in enumerate(phrases.items()):
-        holds, margins = phrase.holds(elsewhere[name]), phrase.margin(elsewhere[name])
-        _margins(ax, margins, place + heights, holds)
-        here = np.clip(phrase.margin(reference[name]), low, high)
-        ax.plot(here, place, "D", color="black", markersize=6, markerfacecolor="white")
-        at = {"xy": (1.01, place), "xycoords": ("axes fraction", "data")}
-        ax.annotate(f"{holds.sum()}", **at, va="center", fontsize=9)
-    ax.set_xscale("log")
-    ax.set_xlim(low * 0.9, high * 1.1)
-    ax.set_yticks(range(len(phrases)), phrases)
-    ax.invert_yaxis()
-    ax.set_xlabel("Times better than the limit")
-    ax.annotate("holds", (1.1, 1.01), xycoords=("data", "axes fraction"), fontsize=9)
-    ax.annotate("does not hold", (0.9, 1.01), xycoords=("data", "axes fraction"), fontsize=9, ha="right")
-    ax.annotate(f"of {count}", (1.01, 1.01), xycoords="axes fraction", fontsize=9)
-    return fig
-
-
-def _margins(ax, margins, heights, holds):
-    """Dots at margins ``(G,)``, green where the phrase ``holds``; triangles for those beyond the edges."""
-    low, high = MARGINS
-    x = np.clip(np.nan_to_num(margins, nan=0.0), low, high)
-    inside = (x > low) & (x < high)
-    for good, entity in ((True, "mle"), (False, "target")):
-        style = {"color": figures.colour(entity), "markersize": 4, "alpha": 0.6, "markeredgewidth": 0}
-        for there, marker in ((x == low, "<"), (x == high, ">"), (inside, "o")):
-            some = there & (holds == good)
-            ax.plot(x[some], heights[some], marker, clip_on=False, **style)

@@ -2,7 +2,7 @@
 
 The paper names the filters, a Kalman filter in modified polar coordinates and the SIR particle filter of
 equation (4), and states none of their settings. Those below are ours. `filtered` runs both beside the least
-squares estimate (BLS); `measure_filters` measures what the text says of them. The limits within which a
+squares estimate (BLS); the functions after it measure what the text says of them. The limits within which a
 phrase holds are those of the module `phrases`.
 
 *Fewer, sharper bearings.* A particle filter that resamples 500 times loses nearly all its families. The
@@ -32,18 +32,11 @@ from ...uniform import propagate
 from . import scenarios as paper
 
 # Assumed, not printed.
-START_RANGE, START_RANGE_SIGMA, START_VELOCITY_SIGMA = 10e3, 5e3, 250.0  # m, m, m/s: Kalman filter and BLS
+START_RANGE, START_RANGE_SHARE, START_VELOCITY_SIGMA = 10e3, 0.5, 250.0  # m, of it, m/s: Kalman filter, BLS
 CLOUD_RANGE, CLOUD_SPEED = (500.0, 25e3), 400.0  # m, m/s: particle filter
 BETA = 30.0  # m/s^2
 PARTICLES = 50_000
 TOGETHER = 10  # bearings averaged for the judgement: 0.4 s
-
-# The phrases whose measure is a draw: another order of summation is another draw (see `measure_filters`).
-PARTICLE_PHRASES = (
-    "particles, circular target",
-    "particles, worst perturbation, maximum",
-    "particles, worst perturbation, spread",
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +88,9 @@ class Filtered:
         return (positions - zero) @ axis / (axis @ axis)
 
 
-def filtered(geometry, scenario, seed, *, particles=PARTICLES, beta=BETA, together=1, draw=0):
+def filtered(
+    geometry, scenario, seed, *, particles=PARTICLES, beta=BETA, together=1, draw=0, prior_range=START_RANGE
+):
     """Simulate one run of a scenario, and estimate.
 
     Parameters
@@ -113,25 +108,40 @@ def filtered(geometry, scenario, seed, *, particles=PARTICLES, beta=BETA, togeth
         How many bearings the particle filter gets as one.
     draw : int
         Another number gives the particle filter other random numbers, for the same bearings.
+    prior_range : float
+        Of the Kalman filter, in metres; its standard deviation is a half of it.
 
     Returns
     -------
     Filtered
     """
-    key = (*seed.spawn_key, 1, draw)
-    rng = np.random.default_rng(np.random.SeedSequence(seed.entropy, spawn_key=key))
-    assumed, measured = geometry.straight, scenario.simulate(1, seed)[0]
-    prior = prior_along_first_bearing(assumed, measured, START_RANGE, START_RANGE_SIGMA, START_VELOCITY_SIGMA)
-    least = fit(assumed, measured, along_first_bearing(assumed, measured, START_RANGE))
-    fewer, means = average_measurements(assumed, measured, together)
-    cloud = cloud_along_first_bearing(fewer, means, CLOUD_RANGE, CLOUD_SPEED, particles, rng)
-    return Filtered(
-        scenario,
-        measured,
-        np.where(least.converged, least.state, np.nan),
-        ekf(assumed, measured, prior, record=assumed.times[1:], chart=ModifiedPolar),
-        sir(fewer, means, cloud, beta / np.sqrt(together), rng),
+    options = dict(particles=particles, beta=beta, together=together, draw=draw, prior_range=prior_range)
+    return filtered_cases(geometry, {"": (scenario, seed)}, **options)[""]
+
+
+def filtered_cases(geometry, cases, *, particles, beta, together, draw, prior_range):
+    """`filtered` for several targets, all Kalman filters at once: a dict from name to `Filtered`.
+
+    ``cases`` maps names to pairs of scenario and seed.
+    """
+    assumed = geometry.straight
+    measured = np.stack([scenario.simulate(1, seed)[0] for scenario, seed in cases.values()])
+    prior = prior_along_first_bearing(
+        assumed, measured, prior_range, START_RANGE_SHARE * prior_range, START_VELOCITY_SIGMA
     )
+    tracks = ekf(assumed, measured, prior, record=assumed.times[1:], chart=ModifiedPolar)
+    found = fit(assumed, measured, along_first_bearing(assumed, measured, START_RANGE))
+    bls = np.where(found.converged[:, None], found.state, np.nan)
+    runs = {}
+    for i, (name, (scenario, seed)) in enumerate(cases.items()):
+        key = (*seed.spawn_key, 1, draw)
+        rng = np.random.default_rng(np.random.SeedSequence(seed.entropy, spawn_key=key))
+        fewer, means = average_measurements(assumed, measured[i], together)
+        cloud = cloud_along_first_bearing(fewer, means, CLOUD_RANGE, CLOUD_SPEED, particles, rng)
+        kalman = Track(tracks.times, tracks.state[i], tracks.covariance[i], tracks.finite[i])
+        particle = sir(fewer, means, cloud, beta / np.sqrt(together), rng)
+        runs[name] = Filtered(scenario, measured[i], bls[i], kalman, particle)
+    return runs
 
 
 def path_length(positions):
@@ -198,34 +208,25 @@ def truth_tail(found):
     return float(2 * min(beyond, 1 - beyond)) if np.isfinite(along).all() else np.nan
 
 
-def circular_phrases(found):
-    """What the text says of Figures 5 and 6, for a circular target.
+def density_between(found):
+    """Density of the cloud halfway from the BLS estimate to the truth, over its largest."""
+    along = found.along(found.cloud[:, :2])
+    if not np.isfinite(along).all():
+        return np.nan
+    places = np.append(np.linspace(*np.quantile(along, [0.005, 0.995]), 201), 0.5)
+    values = density(along, places)
+    return float(values[-1] / values.max())
 
-    - "early": first an instable behavior. `early_wandering`.
-    - "end": converges to the BLS estimation. `kalman_departure`.
-    - "particles": the cloud is not concentrated. `cloud_size`.
+
+def error_over_bls(found, positions):
+    """Error of a filter at the end over that of the BLS; 0 where the BLS has no estimate at a finite range.
+
+    ``positions`` ``(..., 2)`` of the filter at the end are taken by their median; one that is not finite is
+    infinitely wrong.
     """
-    return {
-        "EKF, circular target, early": early_wandering(found),
-        "EKF, circular target, end": kalman_departure(found),
-        "particles, circular target": cloud_size(found),
-    }
-
-
-def worst_phrases(found):
-    """What the text says of Figures 7 and 8, for a target under the worst perturbation.
-
-    - "EKF": behaves like the BLS estimation. `kalman_departure`.
-    - "bearings": very close to those generated by the BLS estimation. `bearings_apart`.
-    - "maximum": around the BLS estimate. `cloud_maximum`.
-    - "spread": between the BLS estimate and the truth, which the cloud does not reject. `truth_tail`.
-    """
-    return {
-        "EKF, worst perturbation": kalman_departure(found),
-        "bearings, worst perturbation": bearings_apart(found),
-        "particles, worst perturbation, maximum": cloud_maximum(found),
-        "particles, worst perturbation, spread": truth_tail(found),
-    }
+    error = np.hypot(*(np.median(positions.reshape(-1, 2), axis=0) - found.end))
+    bls = np.hypot(*(found.bls_at(paper.DURATION)[:2] - found.end))
+    return np.inf if not np.isfinite(error) else 0.0 if not np.isfinite(bls) else float(error / bls)
 
 
 def worse_perturbation(geometry):
@@ -235,36 +236,3 @@ def worse_perturbation(geometry):
     gap = propagate(found.state, paper.DURATION)[:, :2] - geometry.straight.target.position_at(paper.DURATION)
     error = np.where(found.converged, np.hypot(*(gap - both[:, -1]).T), np.inf)
     return both[np.argmax(error)]
-
-
-def measure_filters(geometry, seed, *, particles=PARTICLES, together=TOGETHER, draws=1):
-    """All measures in one geometry, two dicts from phrase to number: the value and its standard error.
-
-    Parameters
-    ----------
-    geometry : scenarios.Geometry
-    seed : SeedSequence
-    particles, together : int
-        Of the particle filter, see `filtered`.
-    draws : int
-        How often the particle filter draws other random numbers, for the same bearings. The value is the
-        mean over the draws, NaN where an estimate is not finite; the standard error comes from their
-        scatter. It is zero for the other estimators, which draw nothing, and for a single draw.
-    """
-    key = seed.spawn_key  # not `seed.spawn`, which gives other seeds when it is asked again
-    circle, worst = (np.random.SeedSequence(seed.entropy, spawn_key=(*key, k)) for k in (0, 1))
-    displaced = geometry.displaced(worse_perturbation(geometry))
-    each = []
-    for draw in range(draws):
-        options = dict(particles=particles, together=together, draw=draw)
-        with np.errstate(invalid="ignore"):
-            each.append(
-                circular_phrases(filtered(geometry, geometry.circle, circle, **options))
-                | worst_phrases(filtered(geometry, displaced, worst, **options))
-            )
-    value, error = each[0].copy(), dict.fromkeys(each[0], 0.0)
-    if draws > 1:
-        for name in PARTICLE_PHRASES:
-            found = np.array([one[name] for one in each])
-            value[name], error[name] = float(found.mean()), float(found.std(ddof=1) / np.sqrt(draws))
-    return value, error

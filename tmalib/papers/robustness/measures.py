@@ -15,7 +15,6 @@ from ...bounds import crlb
 from ...sensitivity import differential, displaced_measurements, position_criterion
 from ...status import NO_MINIMUM, RAN_AWAY
 from . import scenarios as paper
-from .periodic import comb_tops
 from .worst import other_models, worst_final
 
 TENTH = 0.1  # the yardstick for what the paper calls bad, good or large
@@ -101,14 +100,11 @@ def worst_speed(geometry):
     return float(np.abs(np.array(speeds) - speed).max() / speed)
 
 
-def periodic_error(geometry):
-    """Largest shift of the final position over the final range, for a perturbation of 15 m and 1 s.
-
-    Neither the period nor the amplitude of Figure 9 is printed. To first order, for the worst phase and the
-    worst of the periods about 1 s: one that fits a whole number of times into 20 s is nearly unseen.
-    """
-    shift = paper.WORST * comb_tops(geometry.straight, paper.PERIODIC_PERIOD)
-    return float(shift / geometry.final_range)
+def displaced_error(geometry, displacement):
+    """Distance of estimate and target at the end over the final range, for a displacement ``(N, 2)``."""
+    found = fit_or_infinity(geometry, displaced_measurements(geometry.straight, displacement))
+    end = final_position(geometry.theta_star) + displacement[-1]
+    return float(distance(final_position(found), end) / geometry.final_range)
 
 
 def share_of_global_minima(geometry, seed):

@@ -121,12 +121,12 @@ def reference():
     return Geometry(platform, circular(TARGET_START, TARGET_HEADING))
 
 
-def periodic_displacement(geometry, period=PERIODIC_PERIOD, amplitude=PERIODIC_AMPLITUDE):
-    """A cosine of the given period (s) and amplitude (m) across the line of sight, shape ``(N, 2)``.
+def periodic_displacement(geometry, period=PERIODIC_PERIOD, amplitude=PERIODIC_AMPLITUDE, phase=0.0):
+    """A cosine of the given period (s), amplitude (m) and phase across the line of sight, ``(N, 2)``.
 
     Source: `robustness`, Figure 9, whose period and amplitude are not printed.
     """
-    wave = amplitude * np.cos(2 * np.pi * geometry.straight.times / period)
+    wave = amplitude * np.cos(2 * np.pi * geometry.straight.times / period + phase)
     return response(geometry.straight).displacement(wave)
 
 

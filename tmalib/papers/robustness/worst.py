@@ -152,6 +152,22 @@ def weave_across(geometry):
     return sens.response(geometry.straight).along(weave)
 
 
+def times_the_rule(geometry, bound=WORST):
+    """Worst first-order errors over ``range * bound / amplitude of the weave``, a dict.
+
+    ``"rule"`` is ``bound`` over the amplitude; ``"stealth"`` and ``"sup"`` how many times as large the error
+    over the final range of the worst stealthy displacement is, and of the worst of all. A copied weave is
+    stealthy and attains the rule, so that neither is below one, but for the platform's own way from its
+    nearest uniform motion at the end, a share ``amplitude / range``.
+    """
+    final = sens.position_criterion(geometry.straight, DURATION)
+    rule = bound / np.abs(weave_across(geometry)).max()
+    stealthy, _ = sens.worst_stealth(geometry.straight, bound, criterion=final)
+    unseen = np.linalg.norm(final @ sens.differential(geometry.straight, stealthy))
+    errors = {"stealth": unseen, "sup": worst_final(geometry, bound)}
+    return {"rule": rule} | {name: error / geometry.final_range / rule for name, error in errors.items()}
+
+
 def worst_final(geometry, bound=WORST):
     """Largest first-order error at the end for displacements of at most ``bound``, in metres."""
     return _worst_shift(geometry.straight, bound, None, sens.position_criterion(geometry.straight, DURATION))

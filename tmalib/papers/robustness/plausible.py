@@ -1,0 +1,214 @@
+"""`robustness`: plausible scenarios, and all measures of the phrases in each of them.
+
+A scenario is plausible if it has all that is printed, and what the text says of itself: the courses fit into
+the axes of Figure 1, and the bearings hold "a good level of information". What is not printed is drawn at
+random, from where the manifest says under ``plausible``: the form of the manoeuvre, all positions and
+headings, the noise, the filters' settings, the periodic perturbation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...motion import Course, Straight, Turn
+from . import filters, measures
+from . import scenarios as paper
+from .paper import PAPER
+
+DRAWN = PAPER.plausible
+FORMS = tuple(DRAWN["forms"])
+CONTROL = "EKF, no perturbation, early"  # not a phrase: the same measure where nothing disturbs
+PREDICTED, ACTUAL = "first-order shift, circular target", "shift, circular target"  # over the final range
+INFORMATION = "information"  # the one phrase that is judged before scenarios are asked to have it
+RATE = paper.PLATFORM_ACCELERATION / paper.PLATFORM_SPEED  # rad/s, of the platform's turns
+
+
+@dataclass(frozen=True, eq=False)
+class Plausible:
+    """A scenario: geometry, and settings that are not printed.
+
+    Attributes
+    ----------
+    geometry : scenarios.Geometry
+    beta : float
+        Disturbance of the particle filter, in m/s^2.
+    prior_range : float
+        Of the Kalman filter, in metres; its standard deviation is a half of it.
+    amplitude, period, phase : float
+        Of the periodic perturbation, in m, s and rad.
+    """
+
+    geometry: paper.Geometry
+    beta: float = filters.BETA
+    prior_range: float = filters.START_RANGE
+    amplitude: float = paper.PERIODIC_AMPLITUDE
+    period: float = paper.PERIODIC_PERIOD
+    phase: float = 0.0
+
+
+def platform(form, rng):
+    """A platform from the origin that manoeuvres in one of `FORMS`, with the printed acceleration."""
+    heading = rng.uniform(0, 2 * np.pi)
+    if form == "weave":
+        return paper.weave((0.0, 0.0), heading, rng.uniform(*DRAWN["weave"]))
+    if form == "slow weave":
+        return paper.weave((0.0, 0.0), heading, rng.uniform(*DRAWN["slow_weave"]))
+    if form == "dogleg":
+        legs = [Straight(rng.uniform(*DRAWN["dogleg"])), _turn(rng), Straight(paper.DURATION)]
+    elif form == "legs and turns":
+        legs = [part for _ in range(12) for part in (Straight(rng.uniform(*DRAWN["leg"])), _turn(rng))]
+    else:
+        raise ValueError(f"form must be one of {FORMS}, got {form!r}")
+    return Course((0.0, 0.0), paper.PLATFORM_SPEED, heading, legs)
+
+
+def _turn(rng):
+    """A turn by a random angle to either side."""
+    return Turn(np.radians(rng.uniform(*DRAWN["turn"])) / RATE, rng.choice([-1, 1]) * RATE)
+
+
+def courses(form, rng):
+    """A `scenarios.Geometry` whose courses fit into the window and keep their distance."""
+    times = np.linspace(0, paper.DURATION, 101)
+    while True:
+        own, distance = platform(form, rng), rng.uniform(*DRAWN["distance"])
+        direction, heading = rng.uniform(0, 2 * np.pi, 2)
+        start = distance * np.array([np.sin(direction), np.cos(direction)])
+        target = paper.circular(start, heading, rng.choice([-1, 1]))
+        tracks = np.stack([own.position_at(times), target.position_at(times)])
+        apart, extent = np.hypot(*(tracks[1] - tracks[0]).T), np.ptp(tracks, axis=(0, 1))
+        if apart.min() > DRAWN["nearest"] and np.all(extent < DRAWN["window"]):
+            return paper.Geometry(own, target)
+
+
+def draw(form, seed):
+    """A `Plausible` scenario, and how well the first one drawn was informed (`measures.final_sigma`)."""
+    rng = np.random.default_rng(seed)
+    geometry = courses(form, rng)
+    first = informed = measures.final_sigma(geometry)
+    while informed > DRAWN["information"]:
+        geometry = courses(form, rng)
+        informed = measures.final_sigma(geometry)
+    names = ("beta", "prior_range", "amplitude", "period")
+    values = {name: float(np.exp(rng.uniform(*np.log(DRAWN[name])))) for name in names}
+    return Plausible(geometry, phase=rng.uniform(0, 2 * np.pi), **values), first
+
+
+def circular_phrases(found):
+    """What the text says of Figures 5 and 6, for a circular target.
+
+    - "early": first an instable behavior. `filters.early_wandering`.
+    - "end": converges to the BLS estimation. `filters.kalman_departure`.
+    - "particles": the cloud is not concentrated. `filters.cloud_size`.
+    """
+    return {
+        "EKF, circular target, early": filters.early_wandering(found),
+        "EKF, circular target, end": filters.kalman_departure(found),
+        "particles, circular target": filters.cloud_size(found),
+    }
+
+
+def worst_phrases(found):
+    """What the text says of Figures 7 and 8, for a target under the worst perturbation.
+
+    - "EKF": behaves like the BLS estimation. `filters.kalman_departure`.
+    - "bearings": very close to those generated by the BLS estimation. `filters.bearings_apart`.
+    - "maximum": around the BLS estimate. `filters.cloud_maximum`.
+    - "spread": spread out between the BLS estimate and the truth. `filters.density_between`.
+    """
+    return {
+        "EKF, worst perturbation": filters.kalman_departure(found),
+        "bearings, worst perturbation": filters.bearings_apart(found),
+        "particles, worst perturbation, maximum": filters.cloud_maximum(found),
+        "particles, worst perturbation, spread": filters.density_between(found),
+    }
+
+
+def headline(found, case):
+    """The headline, "do not perform better than the BLS estimator": `filters.error_over_bls` of both."""
+    return {
+        f"EKF against BLS, {case}": filters.error_over_bls(found, found.kalman.state[-1, :2]),
+        f"particles against BLS, {case}": filters.error_over_bls(found, found.cloud[:, :2]),
+        f"families, {case}": found.particles.families[-1],
+    }
+
+
+def measure_filters(geometry, seed, **settings):
+    """All measures of the filters in one geometry, a dict from phrase to number.
+
+    Parameters
+    ----------
+    geometry : scenarios.Geometry
+    seed : SeedSequence
+    **settings
+        Of `filters.filtered`.
+
+    Returns
+    -------
+    dict
+        Also `CONTROL`, and ``"families, circular target"`` and ``"families, worst perturbation"``, the
+        effective numbers of families of the last clouds.
+    """
+    key = seed.spawn_key  # not `seed.spawn`, which gives other seeds when it is asked again
+    seeds = [np.random.SeedSequence(seed.entropy, spawn_key=(*key, k)) for k in range(3)]
+    worst = geometry.displaced(filters.worse_perturbation(geometry))
+    targets = dict(circle=geometry.circle, worst=worst, calm=geometry.straight)
+    cases = dict(zip(targets, zip(targets.values(), seeds, strict=True), strict=True))
+    with np.errstate(invalid="ignore"):
+        found = filters.filtered_cases(geometry, cases, draw=0, together=filters.TOGETHER, **settings)
+        return (
+            circular_phrases(found["circle"])
+            | headline(found["circle"], "circular target")
+            | worst_phrases(found["worst"])
+            | headline(found["worst"], "worst perturbation")
+            | {CONTROL: filters.early_wandering(found["calm"])}
+        )
+
+
+def measure(scenario, seed, particles=20_000):
+    """All measures in one plausible scenario, a dict from phrase to number.
+
+    With `PREDICTED` and `ACTUAL`, the shifts of the final position by the circle, and what `measure_filters`
+    adds.
+
+    Parameters
+    ----------
+    scenario : Plausible
+    seed : SeedSequence
+        Of the bearings, the particles and the small perturbations.
+    particles : int
+    """
+    geometry = scenario.geometry
+    predicted, actual = np.hypot(*measures.circular_shifts(geometry).T) / geometry.final_range
+    cosine = paper.periodic_displacement(geometry, scenario.period, scenario.amplitude, scenario.phase)
+    return {
+        PREDICTED: predicted,
+        ACTUAL: actual,
+        "BLS, circular target": measures.circular_error(geometry),
+        "first order, circular target": measures.development_error(geometry),
+        INFORMATION: measures.final_sigma(geometry),
+        "local minimum": measures.share_of_global_minima(geometry, seed),
+        "BLS, worst perturbation": measures.worst_error(geometry),
+        "speeds, worst perturbation": measures.worst_speed(geometry),
+        "other models": measures.error_of_other_models(geometry),
+        "BLS, periodic perturbation": measures.displaced_error(geometry, cosine),
+        "manoeuvre": measures.error_of_the_best_weave(geometry),
+    } | measure_filters(
+        geometry, seed, particles=particles, beta=scenario.beta, prior_range=scenario.prior_range
+    )
+
+
+def measure_all(seed, runs):
+    """Task: all measures in ``runs`` plausible scenarios, the forms of the manoeuvre in turn.
+
+    Returns a dict from phrase to numbers ``(runs,)``, with ``"form"``, the place in `FORMS`, besides what
+    `measure` returns. Of the information the *first* scenario drawn is measured, which need not have any.
+    """
+    rows = []
+    for k in range(runs):
+        own = np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, k))
+        scenario, first = draw(FORMS[k % len(FORMS)], own)
+        rows.append(measure(scenario, own) | {INFORMATION: first, "form": k % len(FORMS)})
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
