@@ -280,6 +280,23 @@ def test_degenerate_speaks_of_the_last_cloud(linear):
     assert replace(track, families=counted[:2]).degenerate
 
 
+def test_few_families_do_no_harm_where_the_state_forgets(linear):
+    """All particles descend from a few of the first, and the filter is right all the same."""
+    times = np.arange(1.0, 301.0)
+    platform = tma.Course((0, 0), 8.0, 1.0, [tma.Straight(300)])
+    sensors = [tma.Sensor(Linear(0), times, 20.0), tma.Sensor(Linear(1), times[::2], 15.0)]
+    long = replace(linear, platform=platform, sensors=sensors, reference_time=300.0)
+    measured = long.simulate(1, seed=3)[0]
+    mean, covariance, _ = kalman(long, measured)
+    runs = [tma.sir(long, measured, gaussian_cloud(1000, k), BETA, seed=k) for k in range(12)]
+    assert all(run.degenerate for run in runs)
+    sigma = np.sqrt(np.diag(covariance))
+    error = (np.array([run.state[-1] for run in runs]) - mean) / sigma
+    draws = max(run.families[-1] for run in runs)
+    assert np.all(3 * error.std(axis=0, ddof=1) < 1 / np.sqrt(draws)), "far less than so many draws scatter"
+    assert np.all(np.abs(error.mean(axis=0)) < 4 * error.std(axis=0, ddof=1) / np.sqrt(len(runs)))
+
+
 def test_a_filter_with_too_few_particles_says_so(linear):
     """Sharp measurements and hardly any noise: a few families remain, and fewer with every step."""
     sharp = replace(linear, sensors=[tma.Sensor(s.model, s.times, s.sigma / 4) for s in linear.sensors])

@@ -93,8 +93,11 @@ class ParticleTrack:
     def degenerate(self):
         """Whether the last cloud has fewer than `FEW_FAMILIES` families.
 
-        So few cannot show the shape of a posterior, whatever the number of particles: the filter is then
-        surer of itself than it has reason to be. Earlier clouds, and whether rows are `finite`, do not count:
+        What the first cloud had and nothing disturbs, such as a range that only the whole series of bearings
+        tells, is then known from so few draws, whatever the number of particles: of that the filter is surer
+        than it has reason to be. Where the state is disturbed so much that it forgets the first cloud, few
+        families do no harm; then compare filters with other seeds, whose means scatter little against
+        their spread if the cloud is sound. Earlier clouds, and whether rows are `finite`, do not count:
         families can grow again, and ``track.families < FEW_FAMILIES`` tells it for each of the times.
         """
         return bool(self.families[-1] < FEW_FAMILIES)

@@ -151,3 +151,21 @@ def test_other_models(geometry):
     assert found["linear"] == pytest.approx(worst.worst_final(geometry) / geometry.final_range)
     assert set(found) == {"linear", "polynomial", "circular"}
     assert found["polynomial"] > found["linear"], "twice the degree, the same 15 m"
+
+
+def test_the_rule_of_thumb_is_a_lower_bound(geometry):
+    """A copied weave is stealthy and has ``bound`` as its largest value across: it attains the rule."""
+    found = worst.times_the_rule(geometry)
+    weave = worst.weave_across(geometry)
+    assert found["rule"] == pytest.approx(paper.WORST / np.abs(weave).max())
+    straight = geometry.straight
+    copied = found["rule"] * sens.response(straight).displacement(weave)
+    assert np.hypot(*copied.T).max() == pytest.approx(paper.WORST)
+    moved = np.linalg.norm(
+        sens.position_criterion(straight, paper.DURATION) @ sens.differential(straight, copied)
+    )
+    attained = moved / geometry.final_range / found["rule"]
+    assert attained == pytest.approx(1, abs=2 * np.abs(weave).max() / geometry.final_range)
+    assert attained <= found["stealth"] * (1 + 1e-6)
+    assert found["stealth"] < found["sup"]
+    assert found["sup"] * found["rule"] * geometry.final_range == pytest.approx(worst.worst_final(geometry))
