@@ -69,6 +69,14 @@ def test_a_wrong_paper_is_refused(tmp_path, manifest, ledger, message):
         read_paper(write_paper(tmp_path / "toy", manifest, ledger)).ledger  # noqa: B018
 
 
+def test_what_is_not_printed_may_be_in_the_manifest(tmp_path):
+    plain = read_paper(write_paper(tmp_path / "plain", MANIFEST, LEDGER))
+    drawn = read_paper(
+        write_paper(tmp_path / "drawn", MANIFEST + "\n[plausible]\nbeta = [1.0, 2.0]\n", LEDGER)
+    )
+    assert (plain.plausible, drawn.plausible) == ({}, {"beta": [1.0, 2.0]})
+
+
 def test_unknown_names_are_refused(toy):
     paper = read_paper(toy)
     with pytest.raises(ValueError, match="no printed value"):

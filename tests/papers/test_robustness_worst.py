@@ -161,9 +161,8 @@ def test_the_rule_of_thumb_is_a_lower_bound(geometry):
     straight = geometry.straight
     copied = found["rule"] * sens.response(straight).displacement(weave)
     assert np.hypot(*copied.T).max() == pytest.approx(paper.WORST)
-    moved = np.linalg.norm(
-        sens.position_criterion(straight, paper.DURATION) @ sens.differential(straight, copied)
-    )
+    final = sens.position_criterion(straight, paper.DURATION)
+    moved = np.linalg.norm(final @ sens.differential(straight, copied))
     attained = moved / geometry.final_range / found["rule"]
     assert attained == pytest.approx(1, abs=2 * np.abs(weave).max() / geometry.final_range)
     assert attained <= found["stealth"] * (1 + 1e-6)
