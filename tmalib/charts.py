@@ -108,7 +108,7 @@ class ModifiedPolar:
         """Coordinates ``(..., n)`` of states ``(..., n)``; not finite for a target at the origin."""
         x, y, vx, vy = self._parts(state)
         dx, dy = x - self.origin[0], y - self.origin[1]
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             rho = 1 / np.hypot(dx, dy)
             radial = (vx * dx + vy * dy) * rho**2
             transverse = (vx * dy - vy * dx) * rho**2
