@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.colors import ListedColormap
-from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
 
 from ... import figures
 from ...bearings import bearing, propagation_delay
@@ -211,45 +208,4 @@ def prior_sweeps(velocity, position):
     for label, look in looks.items():
         axes[0, 0].plot([], [], label=label, **line, **look)
     axes[0, 0].legend(loc="upper right", fontsize=9)
-    return figure
-
-
-def basins(side, reached, scenarios):
-    """Maps of the starts from which a fit reaches the minimum, one row a scenario, one column a chart.
-
-    Parameters
-    ----------
-    side : ndarray
-        ``(S,)``: coordinates of the starts east and north, metres, equally spaced.
-    reached : dict
-        ``(name of the scenario, name of the chart)`` to ``(S, S)`` of bool, first axis north.
-    scenarios : dict
-        Name of the scenario to `Scenario`; its platform and target are drawn.
-    """
-    names, charts = list(scenarios), list(dict.fromkeys(chart for _, chart in reached))
-    shape = {"squeeze": False, "sharex": True, "sharey": True}
-    size = (3.7 * len(charts), 3.55 * len(names) + 0.4)
-    figure, axes = plt.subplots(len(names), len(charts), figsize=size, **shape)
-    lost, found = "#DDDDDD", "#4DBB9D"  # grey, and the colour of the MLE, lighter
-    squares = {"cmap": ListedColormap([lost, found]), "vmin": 0, "vmax": 1, "rasterized": True}
-    halo = [withStroke(linewidth=4.5, foreground="white")]
-    for (name, chart), grid in reached.items():
-        ax, now = axes[names.index(name), charts.index(chart)], scenarios[name]
-        ax.pcolormesh(side / 1e3, side / 1e3, grid, edgecolors="white", linewidth=0.4, **squares)
-        for entity, body in (("platform", now.platform), ("target", now.target)):
-            course = body.position_at(np.unique(now.times))
-            figures.path(ax, course, entity, linewidth=2.5, path_effects=halo, solid_capstyle="round")
-            ax.plot(*course[0] / 1e3, "o", color=figures.colour(entity), ms=5, mec="white", mew=0.8)
-        ax.set(aspect="equal", title=f"{name}, {chart}: {100 * grid.mean():.0f} %")
-        ax.grid(visible=False)
-    for ax in axes[-1]:
-        ax.set_xlabel("Start, east (km)")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("Start, north (km)")
-    patches = [Patch(color=found, label="reaches the minimum"), Patch(color=lost, label="lost")]
-    lines = [
-        plt.Line2D([], [], color=figures.colour(entity), marker="o", linewidth=2.5, label=label)
-        for entity, label in (("platform", "observer"), ("target", "target"))
-    ]
-    figure.legend(handles=[*patches, *lines], loc="outside upper center", ncols=4, fontsize=9)
     return figure
