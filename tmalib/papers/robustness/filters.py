@@ -138,7 +138,7 @@ def filtered_cases(geometry, cases, *, particles, beta, together, draw, prior_ra
         rng = np.random.default_rng(np.random.SeedSequence(seed.entropy, spawn_key=key))
         fewer, means = average_measurements(assumed, measured[i], together)
         cloud = cloud_along_first_bearing(fewer, means, CLOUD_RANGE, CLOUD_SPEED, particles, rng)
-        kalman = Track(tracks.times, tracks.state[i], tracks.covariance[i], tracks.finite[i])
+        kalman = Track(tracks.times, tracks.state[i], tracks.covariance[i], tracks.status[i])
         particle = sir(fewer, means, cloud, beta / np.sqrt(together), rng)
         runs[name] = Filtered(scenario, measured[i], bls[i], kalman, particle)
     return runs
