@@ -11,7 +11,7 @@ import tmalib as tma
 from tmalib.files.encoding import encode
 
 
-class Own:
+class Own(tma.Bearing):
     coordinates = ("x", "y", "vx", "vy")
 
 

@@ -118,7 +118,9 @@ BIASED = st.builds(tma.Biased, MODELS, st.sampled_from(["bias", "compass"]), NUM
 SLOW = st.builds(
     tma.Course, PLACES, st.floats(0, 50), NUMBERS, st.just([tma.Turn(99, 0.1), tma.Straight(math.inf)])
 )
-SENSORS = st.builds(tma.Sensor, MODELS | BIASED, TIMES, POSITIVE, st.text(max_size=5), st.none() | SLOW)
+SENSORS = st.builds(
+    tma.Sensor, MODELS | BIASED, TIMES, st.floats(1e-6, 3), st.text(max_size=5), st.none() | SLOW
+)
 SCENARIOS = st.builds(tma.Scenario, SLOW, st.lists(SENSORS, min_size=1, max_size=3), NUMBERS)
 
 

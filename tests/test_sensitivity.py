@@ -236,7 +236,7 @@ def test_random_geometries_have_what_the_paper_prints():
         (lambda s: sens.worst_flyable(s, 15.0, 1.0, sides=5), "sides must be even"),
         (lambda s: sens.stealth(s, [np.nan, 3e3, 0.0, 0.0]), "no displacement gives"),
         (lambda s: sens.nearest_motion([0, 1], np.zeros((2, 2)), norm="median"), "norm must be one of"),
-        (lambda s: sens.nearest_motion([1, 1], np.zeros((2, 2))), "must not all be the same"),
+        (lambda s: sens.nearest_motion([1, 1], np.zeros((2, 2))), "must not be empty or all the same"),
     ],
 )
 def test_bad_input(straight, call, message):

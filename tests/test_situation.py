@@ -136,4 +136,4 @@ def test_a_frame_names_origin_and_time_zero(panels):
     left, right = panels(fitted(), frame=frame)
     assert left.get_xlabel() == "East of 50.0000, -5.0000 (km)"
     assert right.get_xlabel() == "Time (s) since 2024-05-01 12:00:00 UTC"
-    assert left.figure.get_suptitle().startswith("At 2024-05-01T12:09:55Z: range")
+    assert left.figure.get_suptitle().startswith("At 2024-05-01T12:09:55Z:\nrange")

@@ -68,7 +68,9 @@ TIME = _of(parse_time)
 
 
 def _count(text):
-    return check_count("the number", text)
+    if not text.isdecimal():
+        raise ValueError(f"a positive integer is wanted, got {text!r}")
+    return check_count("the number", int(text))
 
 
 def _seed(text):

@@ -111,7 +111,7 @@ def residual_tests(fit, lags=LAGS, cosines=COSINES):
     ----------
     fit : Fit
     lags : int
-        Most lags of the test of correlation. A sensor has one for thirty measurements, but at least one.
+        Most lags of the test of correlation; a sensor has one for thirty measurements.
     cosines : int
         Most slow functions of a sensor, the constant included; at most half as many as measurements.
 
@@ -128,8 +128,7 @@ def residual_tests(fit, lags=LAGS, cosines=COSINES):
 
     Notes
     -----
-    Derived at the top of this file. All is to first order in the errors: where the model is bent over the
-    confidence region, p-values are approximate.
+    All is to first order in the errors: where the model is bent over the region, p-values are approximate.
 
     Examples
     --------

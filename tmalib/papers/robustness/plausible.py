@@ -69,7 +69,7 @@ def _turn(rng):
     return Turn(np.radians(rng.uniform(*DRAWN["turn"])) / RATE, rng.choice([-1, 1]) * RATE)
 
 
-def courses(form, rng):
+def courses_of(form, rng):
     """A `scenarios.Geometry` whose courses fit into the window and keep their distance."""
     times = np.linspace(0, paper.DURATION, 101)
     while True:
@@ -86,10 +86,10 @@ def courses(form, rng):
 def draw(form, seed):
     """A `Plausible` scenario, and how well the first one drawn was informed (`measures.final_sigma`)."""
     rng = np.random.default_rng(seed)
-    geometry = courses(form, rng)
+    geometry = courses_of(form, rng)
     first = informed = measures.final_sigma(geometry)
     while informed > DRAWN["information"]:
-        geometry = courses(form, rng)
+        geometry = courses_of(form, rng)
         informed = measures.final_sigma(geometry)
     names = ("beta", "prior_range", "amplitude", "period")
     values = {name: float(np.exp(rng.uniform(*np.log(DRAWN[name])))) for name in names}
