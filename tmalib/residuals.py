@@ -23,7 +23,7 @@ Ljung and Box. With a lag for thirty measurements, p < 0.001 comes up at most ab
 *Largest.* The largest residual over its standard deviation ``sqrt(1 - H_kk)``. If a single one is so large
 by a chance p, one of N is by ``1 - (1 - p)^N`` (Šidák), or less where residuals are not independent.
 
-A residual that is NaN is left out, and its row of ``J`` with it.
+A residual that is NaN is left out, with its row of ``J``.
 """
 
 from __future__ import annotations
@@ -113,13 +113,12 @@ def residual_tests(fit, lags=LAGS, cosines=COSINES):
     lags : int
         Most lags of the test of correlation; a sensor has one for thirty measurements.
     cosines : int
-        Most slow functions of a sensor, the constant included; at most half as many as measurements.
+        Most slow functions of a sensor, with the constant; at most half as many as measurements.
 
     Returns
     -------
     ResidualTests
-        NaN in all tests for a run that has not converged or is not finite, and in a test for a sensor that
-        has no freedom for it; correlation needs a freedom of 20.
+        NaN for a run that has not converged, and for a sensor without freedom for a test, correlation's is 20.
 
     Raises
     ------
