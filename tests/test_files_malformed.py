@@ -60,10 +60,13 @@ MALFORMED = {
     "times backwards": ({"Sensor": {**SENSOR, "times": array(values=[2.0, 1.0])}}, "must not go back"),
     "a text for a number": (
         {"Biased": {"model": {"Bearing": {}}, "name": "b", "true_bias": "0.5"}},
-        "content.true_bias of a Biased is '0.5'",
+        "content is no Biased: true_bias must be a number, got '0.5'",
     ),
     "a number for a model": ({"Biased": {"model": 3, "name": "b", "true_bias": 0.0}}, "content is no Biased"),
-    "a text for a leg": ({"Course": {**COURSE, "legs": {"tuple": ["a"]}}}, "content.legs of a Course"),
+    "a text for a leg": (
+        {"Course": {**COURSE, "legs": {"tuple": ["a"]}}},
+        "content is no Course: each of legs",
+    ),
     "a number for a platform": (
         {
             "Scenario": {

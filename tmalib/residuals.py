@@ -118,7 +118,7 @@ def residual_tests(fit, lags=LAGS, cosines=COSINES):
     Returns
     -------
     ResidualTests
-        NaN for a run that has not converged, and for a sensor without freedom for a test, correlation's is 20.
+        NaN for a run that has not converged and for a sensor without freedom for a test (20 for correlation).
 
     Raises
     ------
