@@ -10,7 +10,6 @@ import numpy as np
 
 from ...batch import fit
 from ...cones import BOTTOM_BOUNCE, DIRECT, ConicalAngle
-from ...minima import alternatives
 from ...motion import Course, Straight, Target
 from ...scenario import Scenario, Sensor
 
@@ -40,24 +39,22 @@ def mirror_ghost(turn):
 
 
 def odds(seed, runs, turn):
-    """Fits without a start, and the probability that each has by its own alternatives.
+    """Estimates, and the probability that each has beside the other minimum.
 
-    Before the measurements all minima count as equally likely. Alternatives below one in ninety are not
-    listed.
+    Every run is fitted from the target and from its mirror image; the lower minimum is the estimate. Before
+    the measurements both count as equally likely.
 
     Returns
     -------
     dict
-        ``right``, whether the estimate is on the target's side; ``probability`` stated for the estimate,
-        ``1 / (1 + sum of likelihoods)``; ``alternatives``, how many; ``converged``; each ``(runs,)``.
+        ``right``, whether the estimate is on the target's side; ``probability`` of the estimate,
+        ``1 / (1 + likelihood of the other)``; ``converged``, both; each ``(runs,)``.
     """
     scenario = scene(turn, DEPTH)
-    found = {"right": [], "probability": [], "alternatives": [], "converged": []}
-    for angles in scenario.simulate(runs, seed):
-        estimate = fit(scenario, angles)
-        others = alternatives(estimate)
-        found["right"].append(estimate.state[0] > 0)
-        found["probability"].append(1 / (1 + sum(other.likelihood for other in others)))
-        found["alternatives"].append(len(others))
-        found["converged"].append(estimate.converged)
-    return {name: np.array(values) for name, values in found.items()}
+    angles = scenario.simulate(runs, seed)
+    here, there = (fit(scenario, angles, start) for start in (scenario.state, MIRROR * scenario.state))
+    return {
+        "right": here.cost < there.cost,
+        "probability": 1 / (1 + np.exp(-np.abs(there.cost - here.cost) / 2)),
+        "converged": here.converged & there.converged,
+    }
