@@ -127,7 +127,7 @@ class PolarSearch:
         return np.concatenate([found, free]), np.concatenate([cost, lower])
 
     def pieces(self, seeds, cost, limit):
-        """The `Piece`s with a criterion up to a limit, from the lowest seed on."""
+        """Each `Piece` with a criterion up to a limit, from the lowest seed on."""
         seeds, cost, found = seeds[cost <= limit], cost[cost <= limit], []
         while len(seeds):
             lowest = np.argmin(cost)
