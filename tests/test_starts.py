@@ -55,13 +55,22 @@ def test_a_target_on_top_of_the_platform_is_no_last_word():
 
 
 def test_the_linear_equations_are_exact_without_noise():
-    """Instantaneous bearings of a uniform motion satisfy them: the state comes out at once, from no start."""
-    scenario = random_scenario(np.random.default_rng(3), "one to three legs")
-    light = tma.Sensor(tma.Bearing(), np.arange(0, scenario.sensors[0].times[-1], 20.0), 1e-6)
-    exact = replace(scenario, sensors=[light], reference_time=light.times[-1] / 2)
-    state, spread = pseudolinear.Equations(pseudolinear.Places(exact), exact.measure()[None]).free(2)
-    np.testing.assert_allclose(state[0], exact.state, rtol=1e-6)
-    assert spread < 1e-3
+    """Instantaneous bearings of a uniform motion satisfy them: the state comes out at once, from no start.
+
+    Their sines and cosines are of single precision: that is to be less than a hundredth of what the smallest
+    noise in use, 0.1 degree, does to the state.
+    """
+    rng, seen = np.random.default_rng(3), 0
+    for _ in range(20):
+        scenario = random_scenario(rng, "one to three legs")
+        light = tma.Sensor(tma.Bearing(), np.arange(0, scenario.sensors[0].times[-1], 20.0), np.deg2rad(0.1))
+        noisy = replace(scenario, sensors=[light], reference_time=light.times[-1] / 2)
+        if pseudolinear.Places(noisy).turns:
+            exact = replace(noisy, sensors=[replace(light, sigma=1e-6)])
+            state, _ = pseudolinear.Equations(pseudolinear.Places(exact), exact.measure()[None]).free(2)
+            assert np.all(np.abs(state[0] - exact.state) < 0.01 * tma.crlb_sigma(noisy))
+            seen += 1
+    assert seen >= 10
 
 
 def test_the_products_of_the_equations_are_not_biased():

@@ -259,7 +259,8 @@ def _fit_complete(scenario, angles, start, settings):
     without, (chart, *others) = start is None, settings
     chart = chart_of(scenario, chart)
     if without and not has_cosines(scenario):
-        found = fit_without_start(scenario, np.where(np.isfinite(angles), angles, np.nan), chart, *others)
+        finite = angles if np.isfinite(angles).all() else np.where(np.isfinite(angles), angles, np.nan)
+        found = fit_without_start(scenario, finite, chart, *others)
         start = found.state
     else:
         start = lowest_of_grid(scenario, angles, chart) if without else start

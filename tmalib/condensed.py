@@ -39,9 +39,7 @@ class Lines:
     def of(self, angles):
         """Values ``(runs, 2 groups)`` of bearings ``(runs, N)``."""
         start = angles[:, self.first]  # the first of each group, so that no difference wraps
-        offset = angles - np.repeat(start, self.size, axis=1)
-        if not (offset.max() <= np.pi and offset.min() >= -np.pi):
-            offset = wrap(offset)
+        offset = _offset(angles, np.repeat(start, self.size, axis=1))
         middle = start + np.add.reduceat(offset, self.first, axis=1) / self.size
         offset *= self.away
         tilt = np.add.reduceat(offset, self.first, axis=1) / (self.size * self.spread)
@@ -69,8 +67,14 @@ class Means:
         """Means ``(runs, N')`` of bearings ``(runs, N)``."""
         parts = angles[:, : np.prod(self.shape)].reshape(len(angles), *self.shape)
         start = parts[..., 0]
-        offset = sum(wrap(parts[..., i] - start) for i in range(1, self.shape[1]))
-        return start + offset / self.shape[1]
+        offset = _offset(parts, parts[..., :1])
+        return start + sum(offset[..., i] for i in range(1, self.shape[1])) / self.shape[1]
+
+
+def _offset(angles, start):
+    """Angles from others, between -pi and pi; seldom is there anything to wrap."""
+    offset = angles - start
+    return offset if offset.max(initial=0) <= np.pi and offset.min(initial=0) >= -np.pi else wrap(offset)
 
 
 def lines(sensor):

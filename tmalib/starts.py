@@ -119,20 +119,21 @@ def fit_without_start(scenario, angles, *settings):
         start, doubtful = _from_equations(ready, values)
     if ready.fine.same:
         first = *settings[:3], min(settings[3], FIRST_PASSES)
-        done = lm.minimise_in_blocks(scenario, angles, ready.state_of(scenario, start), *first)
-        found = done._replace(state=ready.back(scenario, done.state))
+        found = lm.minimise_in_blocks(scenario, angles, ready.state_of(scenario, start), *first)
     else:
         found = ready.fit(values, start, FIRST_PASSES)
     settled = ready.settled(found) & ~doubtful | (found.status == NOT_FINITE)
-    tried, state = np.flatnonzero(~settled), found.state
+    tried = np.flatnonzero(~settled)
+    if ready.fine.same:
+        if len(tried):
+            before = found.of(tried)
+            before = before._replace(state=ready.back(scenario, before.state))
+            start = ready.state_of(scenario, _search(scenario, ready, angles[tried], before).state)
+            found.put(tried, _in_both_charts(scenario, angles[tried], start, settings))
+        return found
     if len(tried):
-        state[tried] = _search(scenario, ready, angles[tried], found.of(tried)).state
-    if not ready.fine.same:
-        return _in_both_charts(scenario, angles, ready.state_of(scenario, state), settings)
-    if len(tried):
-        start = ready.state_of(scenario, state[tried])
-        done.put(tried, _in_both_charts(scenario, angles[tried], start, settings))
-    return done
+        found.put(tried, _search(scenario, ready, angles[tried], found.of(tried)))
+    return _in_both_charts(scenario, angles, ready.state_of(scenario, found.state), settings)
 
 
 def _in_both_charts(scenario, angles, start, settings):
@@ -231,13 +232,17 @@ def starts_at_ranges(scenario, angles):
 
 def complete_state(scenario, plane, time):
     """States ``(..., n)`` from ``(x, y, vx, vy)`` at a time; other unknowns as the models guess them."""
+    names, duration = scenario.coordinates, scenario.reference_time - time
+    if duration:
+        plane = propagate(plane, duration)
+    if names == PLANE:
+        return plane
     guesses = scenario.offered("guess")
-    names = scenario.coordinates
     missing = [name for name in names if name not in PLANE and name not in guesses]
     if missing:
         raise ValueError(f"a fit without a start needs a guess of {missing}; give a start")
     state = np.zeros((*plane.shape[:-1], len(names)))
-    state[..., np.concatenate(moving_pairs(names))] = propagate(plane, scenario.reference_time - time)
+    state[..., np.concatenate(moving_pairs(names))] = plane
     for name, value in guesses.items():
         state[..., names.index(name)] = value
     return state
