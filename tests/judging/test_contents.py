@@ -36,8 +36,29 @@ def test_nothing_is_missing(paper):
 def test_every_label_is_one_of_the_book(paper):
     items = [item for section in paper.contents.sections for item in section.items]
     assert {label for item in items for label in item.see} - labels() == set()
-    wrong = [i.name for i in items if i.kind in NUMBERED and not any(part[0] == "Statements" for part in i.judged)]
+    wrong = [
+        i.name for i in items if i.kind in NUMBERED and not any(part[0] == "Statements" for part in i.judged)
+    ]
     assert wrong == [], "a numbered item is judged as a statement"
+
+
+@pytest.mark.parametrize("paper", PAPERS.values(), ids=PAPERS)
+def test_the_page_of_verdicts_shows_every_group(paper):
+    page = (ROOT / f"book/verdicts/{paper.folder.name}.md").read_text(encoding="utf-8")
+    shown = re.findall(rf"```{{ledger-table}} {paper.key}\n:of: (\w+)\n", page)
+    assert set(shown) == {row.group for row in paper.ledger.values()}
+
+
+@pytest.mark.parametrize("paper", PAPERS.values(), ids=PAPERS)
+def test_the_errata_in_short_lead_to_a_place_in_a_chapter(paper):
+    """Not to a chapter as a whole, whose label is the first of its page."""
+    page = (ROOT / f"book/errata/{paper.folder.name}.md").read_text(encoding="utf-8")
+    assert page.count(f"```{{errata-table}} {paper.key}\n") == 1
+    chapters = list(notebooks_in(ROOT / "notebooks").values())
+    tops = {LABEL.match(read(path).cells[0].source)[1] for path in chapters}
+    for name, short in paper.contents.errata.items():
+        links = set(re.findall(r"\{(?:num)?(?:ref|eq)\}`(?:[^`<]*<)?([^`>]+)>?`", short["evidence"]))
+        assert not links & tops, name
 
 
 def test_the_numbered_items_are_all_there():
@@ -62,8 +83,8 @@ def item(text):
 @pytest.mark.parametrize(
     ("contents", "problem"),
     [
-        (item('{ kind = "figure", name = "Figure 1", see = ["fig-toy"] }'), "in no section: toy; Table 1; heads"),
-        (item('{ kind = "table", name = "T", judged = ["Table 1", "Table 2"] }'), "under Table 2, where nothing"),
+        (item('{ kind = "figure", name = "Figure 1", see = ["fig-toy"] }'), "in no section: toy; Table 1"),
+        (item('{ kind = "table", name = "T", judged = ["Table 1", "Table 2"] }'), "under Table 2, where"),
         (CONTENTS + '[errata.toy-1]\n' + "".join(f'{n} = "x"\n' for n in
          ("where", "printed", "corrected", "evidence", "consequence")), "not those of the manifest"),
     ],

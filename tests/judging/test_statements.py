@@ -9,7 +9,17 @@ import numpy as np
 import pytest
 from toy_paper import LEDGER, MANIFEST, write_paper
 
-from tmalib.judging import AMENDED, FALSE, HOLDS, OPEN, Marks, collect, read_paper, state, statements
+from tmalib.judging import (
+    AMENDED,
+    FALSE,
+    HOLDS,
+    OPEN,
+    Marks,
+    collect,
+    judge_statements,
+    read_paper,
+    statements,
+)
 from tmalib.judging.chapters import notebooks_in, read
 from tmalib.judging.verdict import CLAIMS
 
@@ -25,7 +35,7 @@ def paper(tmp_path):
 
 
 def verdict(paper, **marks):
-    (claim,) = state(paper, {"Theorem": Marks(**marks)})
+    (claim,) = judge_statements(paper, {"Theorem": Marks(**marks)})
     return claim.verdict, claim.basis
 
 
@@ -72,11 +82,11 @@ def test_marks_without_a_verdict_are_refused(paper, marks, message):
 
 def test_only_statements_are_stated(paper):
     with pytest.raises(ValueError, match="no printed value"):
-        state(paper, {"heads": Marks(by_hand=["a"])})
+        judge_statements(paper, {"heads": Marks(by_hand=["a"])})
 
 
 def test_a_statement_travels_as_other_claims_do(paper):
-    found = state(paper, {"Theorem": Marks(proved={"a": True}, by_hand=["b"], rests_on=["Lemma"])})
+    found = judge_statements(paper, {"Theorem": Marks(proved={"a": True}, by_hand=["b"], rests_on=["Lemma"])})
     (row,) = found._repr_mimebundle_()[CLAIMS]
     assert statements.read_claim(row) == found.of("Theorem", "claim")
     assert "proved: a" in found._repr_mimebundle_()["text/plain"]
@@ -84,7 +94,7 @@ def test_a_statement_travels_as_other_claims_do(paper):
 
 def judged(paper, **rests_on):
     marks = {row: Marks(by_hand=["a"], rests_on=below) for row, below in rests_on.items()}
-    return list(state(paper, marks))
+    return list(judge_statements(paper, marks))
 
 
 def test_a_statement_that_holds_rests_on_what_holds(paper):

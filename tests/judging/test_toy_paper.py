@@ -65,7 +65,8 @@ CAPTION = {
 }
 PAGES = {
     "book/intro.md": "# Toy\n\n```{score}\n```\n\n{cite:t}`toy2026`, {ref}`toy-coins`\n",
-    "book/verdicts/toy.md": "# Verdicts\n\n```{ledger-table} toy\n:of: results\n```\n\n```{bibliography}\n```\n",
+    "book/verdicts/toy.md": "# Verdicts\n\n```{ledger-table} toy\n:of: results\n```\n\n"
+    "```{bibliography}\n```\n",
     "book/references.bib": "@misc{toy2026, author = {A. Toy}, title = {Toys}, year = {2026}}\n",
     "book/_toc.yml": "format: jb-book\nroot: book/intro\nchapters:\n"
     "  - file: notebooks/toy/coins\n  - file: book/verdicts/toy\n",

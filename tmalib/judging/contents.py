@@ -6,11 +6,11 @@
     number = "3.1"
     title = "Observability analysis"
     items = [
-      { kind = "theorem", name = "Theorem 1", judged = ["Statements; Theorem 1"], see = ["conical-theorem-1"] },
+      { kind = "theorem", name = "Theorem 1", judged = ["Statements; Theorem 1"], see = ["conical-t1"] },
     ]
 
-An item is ``judged`` under keys of the ledger, a table or one row of it, or can be seen (``see``) at labels of the
-book, or both. Items are identified, not quoted. The same file has the errata in short, for their table.
+An item is ``judged`` under keys of the ledger, a table or a row of it, or can be seen (``see``) at labels of
+the book, or both. Items are identified, not quoted. The same file has the errata in short, for their table.
 """
 
 import tomllib

@@ -3,8 +3,8 @@
 ``paper.toml`` has key, title, citation, part of the book, chapters; tables, rows and columns as in the ledger
 and as typeset; random streams with their numbers; errata with title and status; and, where phrases are judged
 over what a paper does not print, from where that is drawn (``plausible``). ``published.csv`` is the
-ledger, one row a printed value or statement, exactly as printed; the row of a statement is its name. No number
-of a paper stands anywhere else. What the sections of the paper hold is in `tmalib.judging.contents`.
+ledger, one row a printed value or statement, exactly as printed; the row of a statement is its name. No
+number of a paper stands anywhere else. What its sections hold is in ``contents.toml``.
 """
 
 import csv

@@ -1,8 +1,8 @@
 """Checks of the book's sentences: no verdict of their own, no number without a cell or without a reader.
 
 The words of a verdict stand only inside the roles {verdict} and {count}, which the build compares with the
-ledger, and on the page that defines them. ("Holds", "false" and "open", verdicts on statements, are too common
-to be watched.)
+ledger, and on the page that defines them. ("Holds", "false" and "open", verdicts on statements, are too
+common to be watched.)
 """
 
 import os

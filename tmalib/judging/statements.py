@@ -1,8 +1,8 @@
 """The verdict on what a paper states: a theorem, a case of a proof, a remark, a claim in words.
 
-A verdict follows from *marks*, the steps that lead to it: what a computation proves, what is argued by hand in
-the text beside it, what is measured, what contradicts the printed form, what is left open. A mark that claims a
-computation takes the boolean that the cell has computed, so that no statement claims more than its cell.
+A verdict follows from *marks*, the steps that lead to it: what a computation proves, what is argued by hand
+in the text beside it, what is measured, what contradicts the printed form, what is left open. A mark that
+claims a computation takes the boolean that the cell has computed: no statement claims more than its cell.
 """
 
 import textwrap
@@ -30,10 +30,10 @@ TABLE, COLUMN = "Statements", "claim"  # of the ledger, for every statement
 class Marks:
     """The steps that lead to a verdict on a statement, each with a name.
 
-    ``proved`` (computer algebra, exact arithmetic), ``measured`` (numbers, which support and prove nothing) and
-    ``refuted`` (what contradicts the printed form) map names to booleans that the cell has computed; `state`
-    refuses one that is not True. ``by_hand`` and ``left_open`` are names only. With an ``erratum`` the first
-    three speak of the corrected form. ``rests_on`` names other statements of the paper.
+    ``proved`` (computer algebra, exact arithmetic), ``measured`` (numbers, which support and prove nothing)
+    and ``refuted`` (what contradicts the printed form) map names to booleans that the cell has computed;
+    `judge_statements` refuses one that is not True. ``by_hand`` and ``left_open`` are names only. With an
+    ``erratum`` the first three speak of the corrected form. ``rests_on`` names other statements of the paper.
     """
 
     proved: dict = field(default_factory=dict)
@@ -91,12 +91,12 @@ class Statement(Printed):
         return "\n  ".join(textwrap.fill(line, 76, subsequent_indent="    ") for line in lines)
 
 
-def state(paper, marks, *, made_from=()):
+def judge_statements(paper, marks, *, made_from=()):
     """`Verdicts` on statements of a `Paper`; ``marks`` maps names of statements to `Marks`.
 
     ``made_from`` are the `Runs` or streams behind what is measured. `ValueError` for a statement that the
-    ledger does not have, for a mark whose condition is not a computed True, and for marks that give no verdict:
-    none at all, or a printed form that is contradicted beside a proof without an erratum.
+    ledger does not have, for a mark whose condition is not a computed True, and for marks that give no
+    verdict: none at all, or a printed form that is contradicted beside a proof without an erratum.
     """
     sources = tuple(dict.fromkeys(found.source for found in made_from))
     found = [_state(paper.printed(TABLE, row, COLUMN), mark, sources) for row, mark in marks.items()]
@@ -150,7 +150,9 @@ def wrong_foundations(claims):
             if other is None:
                 found.append(f"{claim.row} rests on {key[2]}, which is not judged")
             elif other.verdict in (FALSE, OPEN) and claim.verdict in (HOLDS, AMENDED):
-                found.append(f"{claim.row} is said to hold, and rests on {other.row}, which is {other.verdict}")
+                found.append(
+                    f"{claim.row} is said to hold, and rests on {other.row}, which is {other.verdict}"
+                )
     grounded = heights(stated)
     return found + [f"{claim.row} rests on itself" for key, claim in stated.items() if key not in grounded]
 
@@ -175,4 +177,3 @@ def heights(stated):
             below = [found[other] for other in foundations(stated[key]) if other in found]
             found[key] = 1 + max(below, default=-1)
     return found
-

@@ -1,8 +1,8 @@
 """The book's Sphinx extension; it reads what the build has collected, and types nothing.
 
 `tables` shows the ledger, `score` counts it, `graph` draws what its statements rest on, `errata` lists the
-errata, `roles` writes it into sentences, `provenance` gives a chapter the outputs of its execution and a list of
-where they come from.
+errata, `roles` writes it into sentences, `provenance` gives a chapter the outputs of its execution and a list
+of where they come from.
 """
 
 from . import errata, graph, provenance, roles, score, tables

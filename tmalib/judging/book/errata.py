@@ -13,15 +13,13 @@ HEAD = ["", "where", "printed", "corrected", "evidence", "consequence", "status"
 
 
 class ErrataTable(LedgerDirective):
-    """A row an erratum; one that no claim names is an error of the page."""
+    """A row an erratum."""
 
     def shown(self, key, paper, found):
         body = [self.row(paper, name, cells_naming(found, name)) for name in paper.errata]
         return [self.make_table("The errata in short.", HEAD, body, ["errata-table"])]
 
     def row(self, paper, name, cells):
-        if not cells:
-            raise ValueError(f"no claim names the erratum {name}")
         short = paper.contents.errata[name]
         head = nodes.paragraph("", "", ledger.link(self.env, name, name))
         evidence = self.inline(short["evidence"])

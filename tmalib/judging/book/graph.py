@@ -79,7 +79,8 @@ def drawing(stated, at, links, title):
     used = dict.fromkeys(claim.basis for claim in stated.values())
     legend = "".join(f'<li><span class="{kind(b)}">{BASES[b]}</span> {b}</li>' for b in BASES if b in used)
     drawn = "\n".join([svg, *lines, *boxes, "</svg>"])
-    return f'<div class="statement-graph" tabindex="0">{drawn}</div>\n<ul class="statement-legend">{legend}</ul>\n'
+    box = f'<div class="statement-graph" tabindex="0">{drawn}</div>\n'
+    return f'{box}<ul class="statement-legend">{legend}</ul>\n'
 
 
 def kind(basis):
@@ -98,9 +99,9 @@ def line(below, above):
 def box(claim, corner, href):
     """A linked box with name, verdict and basis."""
     x, y = corner
-    words = f"{claim.row}: {claim.verdict}, {claim.basis}"
+    words = escape(f"{claim.row}: {claim.verdict}, {claim.basis}")
     return (
-        f'<a href="{href}" class="{kind(claim.basis)}" aria-label="{escape(words)}"><title>{escape(words)}</title>'
+        f'<a href="{href}" class="{kind(claim.basis)}" aria-label="{words}"><title>{words}</title>'
         f'<rect x="{x:g}" y="{y:g}" width="{WIDTH}" height="{HEIGHT}" rx="5"/>'
         f'<text x="{x + 9:g}" y="{y + 17:g}">{escape(claim.row)}</text>'
         f'<text x="{x + 9:g}" y="{y + 33:g}" class="small">{VERDICTS[claim.verdict]} {claim.verdict}</text>'

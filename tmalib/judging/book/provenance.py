@@ -47,7 +47,9 @@ def name_folded_code(cells):
 
 def mark_cells(env, cells, notebook, origins):
     """A label for every cell that is shown, and for one that is not, at the table it makes."""
-    tables = [origin for origin in reversed(origins) if origin.table not in ("", STATEMENTS)]  # the first wins
+    tables = [
+        origin for origin in reversed(origins) if origin.table not in ("", STATEMENTS)
+    ]  # the first wins
     places = {origin.cell: label_of(origin.paper, origin.table) for origin in tables}
     for cell in cells:
         places[cell["cell_index"]] = f"cell-{cell['cell_index']}"

@@ -1,6 +1,6 @@
 """``{score}``: how much of each paper is judged, and how, as bars with numbers and words.
 
-Results, statements and phrases are counted apart; inputs, which nobody could fail to reproduce, only in words.
+Results, statements and phrases are counted apart; inputs, which nobody could fail to reproduce, in words.
 """
 
 from collections import Counter

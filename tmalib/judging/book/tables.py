@@ -1,7 +1,7 @@
 """Tables of judged numbers, and their score.
 
 ``{judged-table} paper; table`` is a table in the paper's layout: in every cell printed, ours and the verdict.
-``{ledger-table} paper`` has all rows of a group of a paper (``:of: results``, which is the default, ``statements``,
+``{ledger-table} paper`` has all rows of a group of a paper (``:of: results``, the default, ``statements``,
 ``phrases`` or ``inputs``), with what their verdicts rest on, and a link from each verdict to the cell that
 computed it. `_static/ledger.js` makes it sortable and filterable.
 """
@@ -15,7 +15,6 @@ from sphinx.util.docutils import SphinxDirective
 from ..paper import GROUPS, read_papers
 from ..verdict import SYMBOLS
 from . import ledger
-
 
 NUMBERS = ["table", "quantity", "printed", "ours", "standard error", "z", "detectable deviation", "verdict"]
 
@@ -128,7 +127,9 @@ class LedgerTable(LedgerDirective):
     def words(self, paper, c):
         """The cells of a phrase or a statement."""
         printed, ours, _ = ledger.written(c)
-        shown = [*c.steps, *([f"rests on {', '.join(c.rests_on)}"] if c.rests_on else [])] if not ours else [ours]
+        shown = (
+            [*c.steps, *([f"rests on {', '.join(c.rests_on)}"] if c.rests_on else [])] if not ours else [ours]
+        )
         shown += [c.note] if c.note else []
         where = paper.tables[c.table] if ours else paper.contents.place_of(c)
         return [where, paper.rows.get(c.row, c.row), printed, lines(*shown), [self.verdict(c)]]

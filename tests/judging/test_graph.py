@@ -1,0 +1,94 @@
+"""The graph of statements shows what their marks say: every statement once, every foundation by a line."""
+
+import re
+from types import SimpleNamespace
+
+import pytest
+from bs4 import BeautifulSoup
+
+from tmalib.judging.book import errata, graph
+from tmalib.judging.statements import BASES, COLUMN, TABLE, Statement
+
+
+def statement(row, rests_on=(), verdict="holds", **marks):
+    steps = dict.fromkeys(("proved", "by_hand", "measured", "refuted", "left_open"), ()) | marks
+    printed = dict(paper="toy", table=TABLE, row=row, column=COLUMN, printed="x", unit="1", runs=None)
+    found = dict(verdict=verdict, erratum="", note="", notebook="toy/coins.ipynb", cell=7)
+    return Statement(kind="statement", rests_on=rests_on, **printed, **steps, **found)
+
+
+CLAIMS = [
+    statement("Lemma A", proved=("a",)),
+    statement("Lemma B", by_hand=("b",)),
+    statement("Theorem", ("Lemma A", "Lemma B"), proved=("c",), by_hand=("d",)),
+    statement("Remark", ("Theorem",), verdict="open", left_open=("e",)),
+    statement("Claim in words", measured=("f",)),
+]
+BY_ROW = {claim.row: claim for claim in CLAIMS}
+NUMBERED = {"Theorem", "Remark"}
+
+
+def paper():
+    kind = {row: "theorem" if row in NUMBERED else "claim" for row in BY_ROW}
+    items = SimpleNamespace(items_of=lambda claim: [SimpleNamespace(kind=kind[claim.row])])
+    return SimpleNamespace(contents=items)
+
+
+def drawn():
+    stated = graph.numbered(paper(), CLAIMS)
+    links = {key: f"link-{claim.row}" for key, claim in stated.items()}
+    html = graph.drawing(stated, graph.places(stated), links, "What rests on what")
+    return stated, BeautifulSoup(html, "html.parser")
+
+
+def test_numbered_statements_and_what_they_rest_on_are_drawn():
+    stated, html = drawn()
+    assert {claim.row for claim in stated.values()} == {"Lemma A", "Lemma B", "Theorem", "Remark"}
+    assert [box["href"] for box in html.select("a")] == [f"link-{claim.row}" for claim in stated.values()]
+    assert len(html.select("path")) == 3, "a line a foundation"
+
+
+@pytest.mark.parametrize(
+    ("row", "basis"),
+    [("Lemma A", "proved"), ("Lemma B", "by hand"), ("Theorem", "proved, steps by hand"), ("Remark", "open")],
+)
+def test_a_box_says_on_what_its_verdict_rests(row, basis):
+    _, html = drawn()
+    (box,) = (box for box in html.select("a") if box["href"] == f"link-{row}")
+    assert box["class"] == [graph.kind(basis)]
+    assert basis in box["aria-label"]
+    assert box.select("text")[-1].get_text() == BASES[basis], "also without colour"
+    assert [item for item in html.select(".statement-legend li") if item.get_text().endswith(basis)]
+
+
+def test_a_statement_is_right_of_what_it_rests_on_and_no_two_share_a_place():
+    stated, _ = drawn()
+    at = graph.places(stated)
+    assert len(set(at.values())) == len(at)
+    for key, claim in stated.items():
+        assert all(at[below][0] < at[key][0] for below in graph.foundations(claim))
+
+
+def test_boxes_do_not_overlap():
+    _, html = drawn()
+    corners = [(float(r["x"]), float(r["y"])) for r in html.select("rect")]
+    for k, (x, y) in enumerate(corners):
+        for other_x, other_y in corners[:k]:
+            assert abs(x - other_x) >= graph.WIDTH or abs(y - other_y) >= graph.HEIGHT
+
+
+def test_a_box_leads_to_the_cell():
+    assert graph.page_of(CLAIMS[0]) == "notebooks/toy/coins.html#cell-7"
+    assert re.fullmatch(r"basis-[a-z-]+", graph.kind("proved, steps by hand"))
+
+
+def test_the_evidence_of_an_erratum_is_the_cells_that_name_it():
+    rows = [
+        ("a.ipynb", 3, "toy-1"),
+        ("a.ipynb", 3, "toy-2, toy-1"),
+        ("b.ipynb", 1, "toy-11"),
+        ("b.ipynb", 2, ""),
+    ]
+    named = [SimpleNamespace(notebook=n, cell=c, erratum=e) for n, c, e in rows]
+    assert errata.cells_naming(named, "toy-1") == [("a.ipynb", 3)]
+    assert errata.cells_naming(named, "toy-3") == []
