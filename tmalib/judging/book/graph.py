@@ -23,7 +23,7 @@ class StatementGraph(LedgerDirective):
     def shown(self, key, paper, found):
         stated = numbered(paper, found)
         if not stated:
-            raise ValueError(f"{paper.key} has no numbered statement")
+            raise ValueError(f"no statement of {paper.key} is numbered")
         folder = posixpath.dirname(self.env.docname)
         links = {k: posixpath.relpath(page_of(claim), folder) for k, claim in stated.items()}
         html = drawing(stated, places(stated), links, f"What the statements of {paper.title} rest on")
@@ -31,10 +31,12 @@ class StatementGraph(LedgerDirective):
 
 
 def numbered(paper, claims):
-    """Statements of which a proof is expected, and all that they rest on; a dict from key to claim."""
+    """Statements that are numbered or rest on others, and all that those rest on; a dict from key to claim."""
     stated = {claim.key: claim for claim in claims if claim.kind == "statement"}
     wanted = [
-        k for k, claim in stated.items() if any(i.kind in NUMBERED for i in paper.contents.items_of(claim))
+        key
+        for key, claim in stated.items()
+        if claim.rests_on or any(item.kind in NUMBERED for item in paper.contents.items_of(claim))
     ]
     for key in wanted:  # grows while it is read
         wanted += [other for other in foundations(stated[key]) if other not in wanted]
