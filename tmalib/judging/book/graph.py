@@ -31,7 +31,7 @@ class StatementGraph(LedgerDirective):
 
 
 def numbered(paper, claims):
-    """Statements that are numbered or rest on others, and all that those rest on; a dict from key to claim."""
+    """Statements that are numbered or rest on others, and what those rest on; a dict from key to claim."""
     stated = {claim.key: claim for claim in claims if claim.kind == "statement"}
     wanted = [
         key
@@ -81,8 +81,8 @@ def drawing(stated, at, links, title):
     used = dict.fromkeys(claim.basis for claim in stated.values())
     legend = "".join(f'<li><span class="{kind(b)}">{BASES[b]}</span> {b}</li>' for b in BASES if b in used)
     drawn = "\n".join([svg, *lines, *boxes, "</svg>"])
-    box = f'<div class="statement-graph" tabindex="0">{drawn}</div>\n'
-    return f'{box}<ul class="statement-legend">{legend}</ul>\n'
+    scrolled = f'<div class="statement-graph" tabindex="0">{drawn}</div>\n'
+    return f'{scrolled}<ul class="statement-legend">{legend}</ul>\n'
 
 
 def kind(basis):
