@@ -82,13 +82,17 @@ def test_a_box_leads_to_the_cell():
     assert re.fullmatch(r"basis-[a-z-]+", graph.kind("proved, steps by hand"))
 
 
+def test_a_line_to_a_farther_column_runs_between_the_boxes():
+    """In the column that it passes, halfway between two lines of boxes."""
+    (height,) = re.findall(r"C[^C]* ([\d.]+)H", graph.curve((0, 0.0), (2, 3.0)))
+    boxes = [graph.corner_of((1, line))[1] for line in range(5)]
+    assert all(not top <= float(height) <= top + graph.HEIGHT for top in boxes)
+
+
 def test_the_evidence_of_an_erratum_is_the_cells_that_name_it():
-    rows = [
-        ("a.ipynb", 3, "toy-1"),
-        ("a.ipynb", 3, "toy-2, toy-1"),
-        ("b.ipynb", 1, "toy-11"),
-        ("b.ipynb", 2, ""),
-    ]
-    named = [SimpleNamespace(notebook=n, cell=c, erratum=e) for n, c, e in rows]
-    assert errata.cells_naming(named, "toy-1") == [("a.ipynb", 3)]
-    assert errata.cells_naming(named, "toy-3") == []
+    """Of statements, if there are any; each cell once."""
+    rows = [("a", 3, "text", "toy-1"), ("a", 3, "count", "toy-2, toy-1"), ("b", 1, "statement", "toy-2")]
+    named = [SimpleNamespace(notebook=n, cell=c, kind=k, erratum=e) for n, c, k, e in rows]
+    assert errata.cells_naming(named, "toy-1") == [("a", 3)]
+    assert errata.cells_naming(named, "toy-2") == [("b", 1)]
+    assert errata.cells_naming(named, "toy") == []

@@ -25,7 +25,7 @@ def test_groups_are_counted_apart():
     )
     html = score.bars(found)
     assert re.findall(r"<p>(.*?)</p>", html) == [
-        "2 results", "2 statements", "1 phrases", "1 inputs: 1 reproduced",
+        "2 results", "2 statements", "1 phrase", "1 input: 1 reproduced",
     ]  # fmt: skip
     assert html.count('class="bar"') == 3, "inputs have none"
     assert "2 reproduced" in html

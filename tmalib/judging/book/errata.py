@@ -1,6 +1,6 @@
 """``{errata-table} paper``: the errata of a paper in short, each with links to what shows it.
 
-The words are those of ``contents.toml``, the status that of the manifest. The evidence begins with the cells
+The words are those of ``contents.toml``, the status that of the manifest. The evidence ends with the cells
 whose claims name the erratum, so that it leads to what was computed.
 """
 
@@ -37,5 +37,10 @@ class ErrataTable(LedgerDirective):
 
 
 def cells_naming(claims, erratum):
-    """``(notebook, cell)`` of the claims that name an erratum, each once, in the order of the ledger."""
-    return list(dict.fromkeys((c.notebook, c.cell) for c in claims if erratum in c.erratum.split(", ")))
+    """``(notebook, cell)`` where an erratum is shown, each once, in the order of the ledger.
+
+    These are the cells of the statements that name it, or, if there are none, of the numbers.
+    """
+    named = [claim for claim in claims if erratum in claim.erratum.split(", ")]
+    named = [claim for claim in named if claim.kind == "statement"] or named
+    return list(dict.fromkeys((claim.notebook, claim.cell) for claim in named))

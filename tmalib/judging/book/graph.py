@@ -5,6 +5,7 @@ verdict rests. A line leads from a statement to one that rests on it. Left are t
 """
 
 import posixpath
+import textwrap
 from html import escape
 
 from docutils import nodes
@@ -14,7 +15,8 @@ from ..statements import BASES, foundations, heights
 from ..statements import SYMBOLS as VERDICTS
 from .tables import LedgerDirective
 
-WIDTH, HEIGHT, ACROSS, DOWN = 196, 40, 76, 14  # of a box, and between boxes
+WIDTH, HEIGHT, ACROSS, DOWN = 196, 56, 60, 14  # of a box, and between boxes
+LETTERS = 23  # of a name in a line of a box
 
 
 class StatementGraph(LedgerDirective):
@@ -49,33 +51,41 @@ def page_of(claim):
 
 
 def places(stated):
-    """``(column, line)`` of every statement: the column is its height, the line near what it rests on."""
+    """``(column, line)`` of every statement: the column is its height, the line near what it rests on.
+
+    Those that stand alone come last, line by line.
+    """
     found, above = {}, heights(stated)
-    for column in range(max(above.values()) + 1):
-        keys = [key for key in stated if above[key] == column]
-        if column:
-            keys.sort(key=lambda key: _mean([found[other][1] for other in foundations(stated[key])]))
+    used = {below for claim in stated.values() for below in foundations(claim)}
+    alone = [key for key, claim in stated.items() if key not in used and not claim.rests_on]
+    columns = max(above.values()) + 1
+    for column in range(columns):
+        keys = [key for key in stated if above[key] == column and key not in alone]
+        lines = {key: [found[below][1] for below in foundations(stated[key])] for key in keys}
         line = -1.0
-        for key in keys:
-            below = [found[other][1] for other in foundations(stated[key])]
-            line = max(line + 1, round(_mean(below))) if below else line + 1
+        for key in sorted(keys, key=lambda key: _mean(lines[key])):
+            line = max(line + 1, round(_mean(lines[key])))
             found[key] = (column, line)
-    return found
+    bottom = max((line for _, line in found.values()), default=-1.0) + 1
+    return found | {key: (k % columns, bottom + k // columns) for k, key in enumerate(alone)}
 
 
 def _mean(values):
-    return sum(values) / len(values)
+    return sum(values) / len(values) if values else 0.0
+
+
+def corner_of(place):
+    """The upper left corner of the box at a place."""
+    column, line = place
+    return (column * (WIDTH + ACROSS) + 2, line * (HEIGHT + DOWN) + 2)
 
 
 def drawing(stated, at, links, title):
     """The SVG in a box that scrolls, and the list of what the borders mean."""
-    corner = {key: (c * (WIDTH + ACROSS) + 2, n * (HEIGHT + DOWN) + 2) for key, (c, n) in at.items()}
-    width = max(x for x, _ in corner.values()) + WIDTH + 2
-    height = max(y for _, y in corner.values()) + HEIGHT + 2
-    lines = [
-        line(corner[below], corner[key]) for key, claim in stated.items() for below in foundations(claim)
-    ]
-    boxes = [box(claim, corner[key], links[key]) for key, claim in stated.items()]
+    width, height = (max(sides) for sides in zip(*map(corner_of, at.values()), strict=True))
+    width, height = width + WIDTH + 2, height + HEIGHT + 2
+    lines = [curve(at[below], at[key]) for key, claim in stated.items() for below in foundations(claim)]
+    boxes = [box(claim, corner_of(at[key]), links[key]) for key, claim in stated.items()]
     size = f'viewBox="0 0 {width:g} {height:g}" width="{width:g}" height="{height:g}"'
     svg = f'<svg xmlns="http://www.w3.org/2000/svg" {size} role="group" aria-label="{escape(title)}">'
     used = dict.fromkeys(claim.basis for claim in stated.values())
@@ -90,22 +100,33 @@ def kind(basis):
     return f"basis-{nodes.make_id(basis)}"
 
 
-def line(below, above):
-    """A curve from the right side of one box to the left side of another."""
-    (x0, y0), (x1, y1) = below, above
-    x0, y0, y1 = x0 + WIDTH, y0 + HEIGHT / 2, y1 + HEIGHT / 2
-    bend = min(ACROSS, x1 - x0) / 2
-    return f'<path d="M{x0:g} {y0:g}C{x0 + bend:g} {y0:g} {x1 - bend:g} {y1:g} {x1:g} {y1:g}"/>'
+def curve(below, above):
+    """A curve from the right side of one box to the left side of another, through gaps between the others."""
+    x, y = corner_of(below)
+    x, y = x + WIDTH, y + HEIGHT / 2
+    path = f"M{x:g} {y:g}"
+    for column in range(below[0] + 1, above[0] + 1):
+        share = (column - below[0]) / (above[0] - below[0])
+        gap = round(below[1] + share * (above[1] - below[1]) - 0.5) + 0.5  # between two lines
+        to_x, to_y = corner_of((column, above[1] if column == above[0] else gap))
+        to_y, middle = to_y + HEIGHT / 2, (x + to_x) / 2
+        path += f"C{middle:g} {y:g} {middle:g} {to_y:g} {to_x:g} {to_y:g}"
+        x, y = to_x + WIDTH, to_y
+        path += f"H{x:g}" if column < above[0] else ""
+    return f'<path d="{path}"/>'
 
 
 def box(claim, corner, href):
     """A linked box with name, verdict and basis."""
     x, y = corner
     words = escape(f"{claim.row}: {claim.verdict}, {claim.basis}")
+    name = [escape(line) for line in textwrap.wrap(claim.row, LETTERS)]
+    texts = [(x + 9, y + 17 + 15 * k, "", line) for k, line in enumerate(name)]
+    texts += [(x + 9, y + HEIGHT - 8, ' class="small"', f"{VERDICTS[claim.verdict]} {claim.verdict}")]
+    texts += [(x + WIDTH - 9, y + HEIGHT - 9, ' text-anchor="end"', BASES[claim.basis])]
     return (
         f'<a href="{href}" class="{kind(claim.basis)}" aria-label="{words}"><title>{words}</title>'
         f'<rect x="{x:g}" y="{y:g}" width="{WIDTH}" height="{HEIGHT}" rx="5"/>'
-        f'<text x="{x + 9:g}" y="{y + 17:g}">{escape(claim.row)}</text>'
-        f'<text x="{x + 9:g}" y="{y + 33:g}" class="small">{VERDICTS[claim.verdict]} {claim.verdict}</text>'
-        f'<text x="{x + WIDTH - 9:g}" y="{y + 26:g}" text-anchor="end">{BASES[claim.basis]}</text></a>'
+        + "".join(f'<text x="{left:g}" y="{top:g}"{look}>{text}</text>' for left, top, look, text in texts)
+        + "</a>"
     )

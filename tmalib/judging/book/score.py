@@ -29,9 +29,14 @@ def bars(claims):
     """What is said of one paper."""
     count = {group: Counter(c.verdict for c in claims if c.group == group) for group in GROUPS}
     inputs = count.pop("inputs")
-    html = "".join(f"<p>{c.total()} {group}</p>\n{bar(c)}" for group, c in count.items() if c)
+    html = "".join(f"<p>{counted(c.total(), group)}</p>\n{bar(c)}" for group, c in count.items() if c)
     words = ", ".join(f"{number} {verdict}" for verdict, number in inputs.items())
-    return html + (f"<p>{inputs.total()} inputs: {words}</p>\n" if inputs else "")
+    return html + (f"<p>{counted(inputs.total(), 'inputs')}: {words}</p>\n" if inputs else "")
+
+
+def counted(number, group):
+    """``2 results``, ``1 result``."""
+    return f"{number} {group if number != 1 else group.removesuffix('s')}"
 
 
 def bar(count):
