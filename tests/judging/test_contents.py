@@ -106,3 +106,11 @@ def test_a_gap_is_found(tmp_path, contents, problem):
 def test_contents_of_another_form_are_refused(tmp_path, contents, message):
     with pytest.raises(ValueError, match=message):
         read_paper(write_paper(tmp_path / "toy", MANIFEST, LEDGER, contents)).contents  # noqa: B018
+
+
+def test_rows_stand_in_the_order_of_the_sections(toy):
+    paper = read_paper(toy)
+    row = paper.printed("Table 1", "heads", "mean")
+    assert (paper.contents.order_of(row), paper.contents.place_of(row)) == ((0, 0), "1")
+    with pytest.raises(ValueError, match="no section lists"):
+        read_paper(write_paper(toy, contents=CONTENTS.replace('"Table 1"]', '"Table 2"]'))).contents.order_of(row)

@@ -69,6 +69,21 @@ def test_a_statement_is_right_of_what_it_rests_on_and_no_two_share_a_place():
         assert all(at[below][0] < at[key][0] for below in graph.foundations(claim))
 
 
+def test_the_weakest_below_decides():
+    lemma, measured = statement("Lemma", by_hand=("a",)), statement("Table", measured=("b",))
+    claims = [lemma, measured]
+    claims += [
+        statement("By lemma", ("Lemma",), proved=("c",)),
+        statement("By table", ("Table",), proved=("d",)),
+    ]
+    claims += [statement("Above", ("By table",), by_hand=("e",)), statement("Alone", proved=("f",))]
+    found = graph.standing({claim.key: claim for claim in claims})
+    assert {key[2]: basis for key, basis in found.items()} == {
+        "Lemma": "by hand", "Table": "measured", "By lemma": "proved, steps by hand", "By table": "measured",
+        "Above": "measured", "Alone": "proved",
+    }  # fmt: skip
+
+
 def test_boxes_do_not_overlap():
     _, html = drawn()
     corners = [(float(r["x"]), float(r["y"])) for r in html.select("rect")]

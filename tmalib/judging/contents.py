@@ -57,10 +57,17 @@ class Contents:
         """The items under which a `Printed` is judged."""
         return [item for section in self.sections for item in section.items if item.covers(row.key[1:])]
 
+    def order_of(self, row):
+        """``(section, item)``, counted, where a `Printed` is first listed; `ValueError` if it is nowhere."""
+        for place, section in enumerate(self.sections):
+            for number, item in enumerate(section.items):
+                if item.covers(row.key[1:]):
+                    return place, number
+        raise ValueError(f"no section lists {row.key}")
+
     def place_of(self, row):
-        """The number of the first section that has a `Printed`; empty if none has."""
-        places = (s.number for s in self.sections for item in s.items if item.covers(row.key[1:]))
-        return next(places, "")
+        """The number of the section that lists a `Printed` first."""
+        return self.sections[self.order_of(row)[0]].number
 
 
 def read_contents(folder):

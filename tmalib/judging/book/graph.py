@@ -11,7 +11,7 @@ from html import escape
 from docutils import nodes
 
 from ..contents import NUMBERED
-from ..statements import BASES, foundations, heights
+from ..statements import BASES, FALSE, MEASURED, OPEN, PROVED, WITH_HAND, foundations, heights
 from ..statements import SYMBOLS as VERDICTS
 from .tables import LedgerDirective
 
@@ -74,6 +74,19 @@ def _mean(values):
     return sum(values) / len(values) if values else 0.0
 
 
+def standing(stated):
+    """On what the verdict on every statement rests, those that it rests on included; the weakest decides."""
+    found, above = {}, heights(stated)
+    for key in sorted(stated, key=above.get):
+        own, below = stated[key].basis, {found[other] for other in foundations(stated[key])}
+        if own not in (FALSE, OPEN) and MEASURED in below:
+            own = MEASURED
+        elif own == PROVED and below - {PROVED}:
+            own = WITH_HAND
+        found[key] = own
+    return found
+
+
 def corner_of(place):
     """The upper left corner of the box at a place."""
     column, line = place
@@ -85,11 +98,12 @@ def drawing(stated, at, links, title):
     width, height = (max(sides) for sides in zip(*map(corner_of, at.values()), strict=True))
     width, height = width + WIDTH + 2, height + HEIGHT + 2
     lines = [curve(at[below], at[key]) for key, claim in stated.items() for below in foundations(claim)]
-    boxes = [box(claim, corner_of(at[key]), links[key]) for key, claim in stated.items()]
+    bases = standing(stated)
+    boxes = [box(claim, bases[key], corner_of(at[key]), links[key]) for key, claim in stated.items()]
     size = f'viewBox="0 0 {width:g} {height:g}" width="{width:g}" height="{height:g}"'
     svg = f'<svg xmlns="http://www.w3.org/2000/svg" {size} role="group" aria-label="{escape(title)}">'
-    used = dict.fromkeys(claim.basis for claim in stated.values())
-    legend = "".join(f'<li><span class="{kind(b)}">{BASES[b]}</span> {b}</li>' for b in BASES if b in used)
+    used = [basis for basis in BASES if basis in bases.values()]
+    legend = "".join(f'<li><span class="{kind(b)}">{BASES[b]}</span> {b}</li>' for b in used)
     drawn = "\n".join([svg, *lines, *boxes, "</svg>"])
     scrolled = f'<div class="statement-graph" tabindex="0">{drawn}</div>\n'
     return f'{scrolled}<ul class="statement-legend">{legend}</ul>\n'
@@ -116,16 +130,16 @@ def curve(below, above):
     return f'<path d="{path}"/>'
 
 
-def box(claim, corner, href):
+def box(claim, basis, corner, href):
     """A linked box with name, verdict and basis."""
     x, y = corner
-    words = escape(f"{claim.row}: {claim.verdict}, {claim.basis}")
+    words = escape(f"{claim.row}: {claim.verdict}, {basis}")
     name = [escape(line) for line in textwrap.wrap(claim.row, LETTERS)]
     texts = [(x + 9, y + 17 + 15 * k, "", line) for k, line in enumerate(name)]
     texts += [(x + 9, y + HEIGHT - 8, ' class="small"', f"{VERDICTS[claim.verdict]} {claim.verdict}")]
-    texts += [(x + WIDTH - 9, y + HEIGHT - 9, ' text-anchor="end"', BASES[claim.basis])]
+    texts += [(x + WIDTH - 9, y + HEIGHT - 9, ' text-anchor="end"', BASES[basis])]
     return (
-        f'<a href="{href}" class="{kind(claim.basis)}" aria-label="{words}"><title>{words}</title>'
+        f'<a href="{href}" class="{kind(basis)}" aria-label="{words}"><title>{words}</title>'
         f'<rect x="{x:g}" y="{y:g}" width="{WIDTH}" height="{HEIGHT}" rx="5"/>'
         + "".join(f'<text x="{left:g}" y="{top:g}"{look}>{text}</text>' for left, top, look, text in texts)
         + "</a>"

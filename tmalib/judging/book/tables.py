@@ -107,6 +107,8 @@ class LedgerTable(LedgerDirective):
         chosen = [claim for claim in found if claim.group == group]
         if not chosen:
             raise ValueError(f"no {group} are judged under {'; '.join(key)!r}")
+        if group == "statements":
+            chosen.sort(key=paper.contents.order_of)
         in_words = group in ("statements", "phrases")
         head = ["where", "what", "printed", "what the cell shows", "verdict"] if in_words else NUMBERS
         row = self.words if in_words else self.numbers
@@ -128,7 +130,9 @@ class LedgerTable(LedgerDirective):
         """The cells of a phrase or a statement."""
         printed, ours, _ = ledger.written(c)
         shown = (
-            [*c.steps, *([f"rests on {', '.join(c.rests_on)}"] if c.rests_on else [])] if not ours else [ours]
+            [*c.steps, *([f"rests on: {'; '.join(c.rests_on)}"] if c.rests_on else [])]
+            if not ours
+            else [ours]
         )
         shown += [c.note] if c.note else []
         where = paper.tables[c.table] if ours else paper.contents.place_of(c)
