@@ -1,6 +1,6 @@
 """Outputs of a chapter come from its execution; a folded list at its end says what they were made from.
 
-Folded code is titled by what it draws: the start of the figure's caption. The imports of a chapter are folded.
+Folded code is titled by what it draws: the start of the figure's caption. A chapter's imports are folded.
 """
 
 import json
