@@ -6,7 +6,10 @@
 {verdict}`words <paper; table>`         the words, which must be the verdict on every number meant
 {count}`paper; table`                   how many numbers; `paper; table; verdict`: with this verdict
 {deviation}`name`                       a number of the figure of all deviations, or `name; .1f`
+{version}`package`                      the version of an installed package
 """
+
+from importlib.metadata import version as version_of
 
 from docutils import nodes
 from sphinx.util.docutils import SphinxRole
@@ -61,3 +64,7 @@ def count(env, text):
 def deviation(env, text):
     name, *form = parse_key(text, 1)
     return format(float(counts(claims_under(env))[name]), form[0] if form else ".0f")
+
+
+def version(env, text):
+    return version_of(text)

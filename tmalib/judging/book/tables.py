@@ -45,6 +45,11 @@ class LedgerDirective(SphinxDirective):
         return table
 
 
+def body_of(table):
+    """The rows of a table below its head."""
+    return next(table.findall(nodes.tbody)).children
+
+
 def make_entry(cell):
     if isinstance(cell, str):
         return nodes.entry("", *([nodes.paragraph(cell, cell)] if cell else []))
@@ -114,7 +119,10 @@ class LedgerTable(LedgerDirective):
         row = self.words if in_words else self.numbers
         caption = f"The {group} of the paper and their verdicts, in the paper's order."
         kinds = ["ledger-table", "in-words"] if in_words else ["ledger-table"]
-        return [self.make_table(caption, head, [row(paper, claim) for claim in chosen], kinds)]
+        table = self.make_table(caption, head, [row(paper, claim) for claim in chosen], kinds)
+        for line, claim in zip(body_of(table), chosen, strict=True):
+            line["ids"].append(ledger.row_id(claim))
+        return [table]
 
     def numbers(self, paper, c):
         """The cells of a number."""
