@@ -9,7 +9,7 @@ from . import provenance, roles, tables
 
 def setup(app):
     """Add all directives, roles and events."""
-    for find in (roles.printed, roles.ours, roles.verdict, roles.count, roles.deviation):
+    for find in (roles.printed, roles.ours, roles.verdict, roles.count, roles.tested):
         app.add_role(find.__name__, roles.LedgerRole(find))
     app.add_directive("judged-table", tables.JudgedTable)
     app.add_directive("ledger-table", tables.LedgerTable)

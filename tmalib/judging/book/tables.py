@@ -1,7 +1,7 @@
 """Tables of judged numbers, and their score.
 
 ``{judged-table} paper; table`` is a table in the paper's layout: in every cell printed, ours and the verdict.
-``{ledger-table} paper`` has all rows of a paper, with standard error, z, smallest detectable deviation, and a
+``{ledger-table} paper`` has all rows of a paper, with standard error, probability, detectable shifts, and a
 link from each verdict to the cell that computed it. `_static/ledger.js` makes it sortable and filterable.
 ``{score}`` says how many printed values of each paper are judged, and how, as bars with numbers and words.
 """
@@ -89,10 +89,14 @@ def number_rows(paper, found):
 
 
 def legend(found):
-    """The symbols that occur, in words, and what stands in a cell."""
+    """The symbols that occur, in words, what stands in a cell, and how probable the table is as a whole."""
     count = Counter(claim.verdict for claim in found)
     words = ", ".join(f"{SYMBOLS[v]} {v} ({n})" for v, n in count.items())
     text = f"In a cell, from top to bottom: printed, ours, verdict. {words}."
+    if len(random := [claim for claim in found if claim.together is not None]) > 1:
+        together, level = random[0].together, random[0].level_together
+        text += f" The {len(random)} Monte-Carlo numbers together have a probability of {together:.2g}; "
+        text += f"a table is questioned at {level:.2g} or less, and at {random[0].level:.2g} in one cell."
     return nodes.paragraph(text, text, classes=["legend"])
 
 
@@ -100,8 +104,8 @@ class LedgerTable(LedgerDirective):
     """All rows of a paper one below the other, with all that the verdicts rest on."""
 
     def shown(self, key, paper, found):
-        head = ["table", "quantity", "printed", "ours", "standard error", "z"]
-        head += ["detectable deviation", "verdict"]
+        head = ["table", "quantity", "printed", "ours", "standard error", "probability"]
+        head += ["detectable shifts", "verdict"]
         caption = "Every printed value of the paper and its verdict, in the paper's order."
         return [self.make_table(caption, head, [self.row(paper, claim) for claim in found], "ledger-table")]
 
@@ -109,7 +113,8 @@ class LedgerTable(LedgerDirective):
         where = ledger.link(self.env, ledger.label_of(c.paper, c.table), paper.tables[c.table])
         quantity = filter(None, (paper.rows[c.row], paper.columns[c.column], ledger.in_brackets(c.unit)))
         printed, ours, word = ledger.written(c)
-        tested = [digits(c.se, 2), "" if c.z is None else f"{c.z:.2f}", digits(c.detectable, 3)]
+        found = "" if c.probability is None else f"{c.probability:.4f}"
+        tested = [digits(c.se, 2), found, shifts(c.detectable)]
         title, label = f"computed in cell {c.cell} of {c.notebook}", ledger.cell_label(c.notebook, c.cell)
         verdict = nodes.paragraph("", "", ledger.link(self.env, label, word, title=title))
         for erratum in filter(None, c.erratum.split(", ")):
@@ -122,6 +127,12 @@ class LedgerTable(LedgerDirective):
 def digits(value, number):
     """So many significant digits, without an exponent where that can be: 6360, not 6.36e+03."""
     return f"{float(f'{value:.{number}g}'):g}" if value else ""
+
+
+def shifts(detectable):
+    """The shifts down and up of a claim."""
+    signs = zip("−+", detectable, strict=False)
+    return " / ".join(sign + digits(shift, 2) if shift else "none" for sign, shift in signs)
 
 
 class Score(SphinxDirective):

@@ -30,6 +30,13 @@ def search(chunks):
     return tuple((chunk, int(row)) for chunk, e in found for row in np.flatnonzero(np.abs(e[:, 0]) > FAR))
 
 
+def rare_runs():
+    """The runs of `FOUND`, both estimators, as `tables.RareRuns`."""
+    made = [(experiments.both_estimators(STREAM.chunk(chunk), CHUNK, 6), row) for chunk, row in FOUND]
+    mle, ekf = (np.array([found[name][row] for found, row in made]) for name in ("mle", "ekf"))
+    return tables.RareRuns(mle, ekf, SEARCHED * CHUNK)
+
+
 def errors_again(where):
     """Errors ``(k, 4)`` of the runs with these chunks and rows."""
     return np.array([as_used(STREAM.chunk(chunk), CHUNK)["ekf"][row] for chunk, row in where])
