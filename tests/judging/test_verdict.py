@@ -93,8 +93,9 @@ def test_monte_carlo_verdicts():
     error = printed / np.sqrt(2) * np.sqrt(1 / 499 + 1 / 20_000)
     near = judged_spread(printed + error)
     assert near.verdict == judging.REPRODUCED
-    assert near.se == pytest.approx(error, rel=0.02)
-    assert near.deviation == pytest.approx((error - 0.01) / error, rel=0.02)
+    ours = printed + error
+    assert near.se == pytest.approx(error * ours / printed, rel=0.02)
+    assert near.deviation == pytest.approx((error - 0.01) / near.se)
     assert near.probability == pytest.approx(0.32, abs=0.03)
     assert judged_spread(printed + 3 * error).verdict == judging.NOT_REPRODUCED
     assert judged_spread(printed - 3 * error).verdict == judging.NOT_REPRODUCED
