@@ -230,7 +230,7 @@ class RandomTables:
         misfit = ~alone & ~np.isin(cells, rest)
         spread, accepted = np.sqrt(np.mean((self.drawn - self.ours) ** 2, axis=0)), self._accepted(unit)
         levels = (level, level_together)
-        found = (alone, misfit, spread, accepted, self._detectable(accepted))
+        found = (alone, misfit, spread, accepted, self._detectable(accepted, unit))
         return Comparison(probability, together, *levels, *found)
 
     def _accepted(self, unit):
@@ -238,9 +238,12 @@ class RandomTables:
         few = round(level * (1 + count) / 2)  # experiments beyond a printed value must be as many
         return np.stack([self.ordered[few - 1] - unit, self.ordered[count - few] + unit])
 
-    def _detectable(self, accepted):
+    def _detectable(self, accepted, unit):
         low, high = accepted
+        step = np.where(unit > 0, unit, 1.0)
+        printed = np.where(unit > 0, np.round(self.drawn / step) * step, self.drawn)
         found_down = (low > 0) | (self.ordered[0] < 0)
-        down = np.quantile(self.ordered, POWER, axis=0) - low
-        up = high - np.quantile(self.ordered, 1 - POWER, axis=0)
-        return np.stack([np.where(found_down, down, np.nan), up])
+        down = np.quantile(printed, POWER, axis=0, method="higher") - low
+        up = high - np.quantile(printed, 1 - POWER, axis=0, method="lower")
+        beyond = 1 + 1e-9  # the ends themselves are accepted
+        return np.stack([np.where(found_down, down, np.nan), up]) * beyond
