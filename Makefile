@@ -13,6 +13,7 @@ SHELL := bash
 
 PYTHON = $(shell command -v python3.11 || command -v python3)
 JOBS = 2
+SEEDS = 1 2 3 4 5
 VENV = .venv
 BIN = $(VENV)/bin
 ENV = $(VENV)/.tmalib
@@ -39,7 +40,7 @@ unexport MPLBACKEND MATPLOTLIBRC PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONWARNI
   PYTHONSAFEPATH PYTHONPLATLIBDIR PYTEST_ADDOPTS PYTEST_PLUGINS JUPYTER_PATH JUPYTER_CONFIG_PATH \
   PIP_USER PIP_TARGET PIP_PREFIX PIP_ROOT PIP_PYTHON VIRTUAL_ENV
 
-.PHONY: help env lock lint notebooks claims book test unit site-test figures bench serve clean FORCE
+.PHONY: help env lock lint notebooks claims book test unit site-test figures bench reseed serve clean FORCE
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/\1\t\2/p' Makefile | expand -t 14
@@ -125,6 +126,9 @@ lint: $(ENV)  ## style, notebooks without outputs, import directions, citation f
 	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(BIN)/zizmor --offline --no-progress -qq .github/workflows
+
+reseed: claims  ## judge with other seeds, and list the verdicts that change (an hour; SEEDS="1 2")
+	$(BIN)/python tools/reseed.py $(SEEDS)
 
 serve:  ## show the built book at http://localhost:8000
 	$(PYTHON) -m http.server --directory build/html 8000

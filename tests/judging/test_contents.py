@@ -113,4 +113,6 @@ def test_rows_stand_in_the_order_of_the_sections(toy):
     row = paper.printed("Table 1", "heads", "mean")
     assert (paper.contents.order_of(row), paper.contents.place_of(row)) == ((0, 0), "1")
     with pytest.raises(ValueError, match="no section lists"):
-        read_paper(write_paper(toy, contents=CONTENTS.replace('"Table 1"]', '"Table 2"]'))).contents.order_of(row)
+        read_paper(write_paper(toy, contents=CONTENTS.replace('"Table 1"]', '"Table 2"]'))).contents.order_of(
+            row
+        )

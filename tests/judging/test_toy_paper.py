@@ -39,16 +39,16 @@ CELLS = (
     """\
     import matplotlib.pyplot as plt
 
-    import tmalib as tma
     from tmalib import figures
-    from tmalib.judging import Ours, judge, numbers, of_statistics, show, stored_runs
+    from tmalib.judging import Ours, judge, numbers, of_runs, show, stored_runs
     from tmalib.papers.toy.experiments import toss
     from tmalib.papers.toy.paper import PAPER
 
     figures.use_style()""",
     """\
     runs = stored_runs(toss, 20_000, PAPER.stream("toy/coins"))
-    mean, std = of_statistics(tma.statistics(runs["heads"]), 0, 500)
+    heads = runs["heads"][:, 0]
+    mean, std = of_runs(heads), of_runs(heads, "std")
     ours = {("heads", "mean"): mean, ("heads", "std"): std, ("heads", "bound"): Ours(0.5)}
     table = judge(PAPER, "Table 1", ours, made_from=[runs])
     table""",

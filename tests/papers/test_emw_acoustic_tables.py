@@ -44,19 +44,31 @@ def test_printed_columns():
     np.testing.assert_allclose(off, [2, 1, 0, 10], atol=1e-6)
 
 
-def test_largest_agreeing_z_leaves_out_the_rejected():
-    def claim(z, verdict):
+def test_least_probability_leaves_out_the_rejected():
+    def claim(probability, verdict):
         row = PAPER.printed("Table I", "xT", "std_ekf")
-        return judging.Claim(**vars(row), ours=1.0, se=0.1, z=z, verdict=verdict, erratum="", note="")
+        return judging.Claim(
+            **vars(row), ours=1.0, probability=probability, verdict=verdict, erratum="", note=""
+        )
 
     found = [
         claim(None, judging.REPRODUCED),
-        claim(1.0, judging.REPRODUCED),
-        claim(2.5, judging.INCONCLUSIVE),
-        claim(2.0, judging.CORRECTED),
-        claim(7.0, judging.NOT_REPRODUCED),
+        claim(0.5, judging.REPRODUCED),
+        claim(0.1, judging.INCONCLUSIVE),
+        claim(0.2, judging.CORRECTED),
+        claim(0.001, judging.NOT_REPRODUCED),
     ]
-    assert tables.largest_agreeing_z(judging.Verdicts(tuple(found), 3.0)) == 2.5
+    assert tables.least_probability(judging.Verdicts(tuple(found))) == 0.1
+
+
+def test_rare_runs_come_in_with_their_share():
+    usual = {"mle": np.zeros((1000, 4)), "ekf": np.ones((1000, 4))}
+    rare = tables.RareRuns(np.full((2, 4), 5.0), np.full((2, 4), 7.0), 1_000_000)
+    mle, ekf, weights = rare.among(usual)
+    assert mle.shape == ekf.shape == (1002, 4)
+    assert weights.sum() == pytest.approx(1)
+    assert weights[-2:].sum() == pytest.approx(2e-6)
+    assert weights @ ekf[:, 0] == pytest.approx(1 + 6 * 2e-6)
 
 
 def test_judged_variants_name_their_runs():

@@ -11,7 +11,7 @@ from . import concordance, errata, graph, names, provenance, roles, score, table
 
 def setup(app):
     """Add all directives, roles and events."""
-    for find in (roles.printed, roles.ours, roles.verdict, roles.count, roles.deviation, roles.version):
+    for find in (roles.printed, roles.ours, roles.verdict, roles.count, roles.tested, roles.version):
         app.add_role(find.__name__, roles.LedgerRole(find))
     app.add_directive("judged-table", tables.JudgedTable)
     app.add_directive("ledger-table", tables.LedgerTable)
