@@ -23,8 +23,8 @@ def points(lines, colour):
 
 def test_each_scenario_is_drawn_once_and_right_of_the_line_where_the_phrase_holds():
     phrases = {
-        "bad": Phrase("", "after", where="", at_least=0.1),
-        "good": Phrase("", "after", where="", at_most=0.1),
+        "bad": Phrase("", "after", at_least=0.1),
+        "good": Phrase("", "after", at_most=0.1),
     }
     values = np.array([0.0, 0.001, 0.05, 0.2, 3.0, 7.0, np.inf, np.nan])
     fig = phrase_drawing.in_scenarios(phrases, {"bad": 0.2, "good": 0.2}, dict.fromkeys(phrases, values))
@@ -56,8 +56,8 @@ def test_shares_are_drawn_with_their_intervals_and_an_empty_one_not_at_all():
 
 def test_the_share_against_the_limit_is_that_of_the_values():
     phrases = {
-        "bad": Phrase("", "after", where="", at_least=0.1),
-        "good": Phrase("", "after", where="", at_most=0.1),
+        "bad": Phrase("", "after", at_least=0.1),
+        "good": Phrase("", "after", at_most=0.1),
     }
     values = np.array([0.05, 0.09, 0.11, np.inf])
     fig = phrase_drawing.shares_against_limits(phrases, dict.fromkeys(phrases, values), ["bad", "good"])

@@ -1,8 +1,8 @@
 """`robustness`: which plausible scenarios count for a phrase of the text, and in how many of them it holds.
 
 What measures a phrase and within which limits it holds is in ``phrases.toml`` (`judging.phrases`). One
-yardstick serves for most: *a tenth*. An estimate is bad when it ends a tenth of the final range or more from the
-target, and good below that; an approximation is good when it leaves a tenth, at most, of what it
+yardstick serves for most: *a tenth*. An estimate is bad when it ends a tenth of the final range or more from
+the target, and good below that; an approximation is good when it leaves a tenth, at most, of what it
 approximates; a filter performs better when it takes a tenth, at least, off the error.
 
 Not every scenario counts for every phrase (`counted`). Section IV asks what other algorithms produce "for
