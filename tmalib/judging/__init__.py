@@ -6,6 +6,7 @@ Nothing here knows a particular paper. `tools/build.py` shows in which order the
 # ruff: noqa: F401  these are the names for notebooks and papers
 from .chapter import numbers, show, stored_runs
 from .paper import Paper, Printed, read_paper, read_papers
+from .phrases import Phrase, judge_phrases, phrases_of
 from .verdict import (
     ALPHA,
     CORRECTED,

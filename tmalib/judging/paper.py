@@ -4,6 +4,7 @@
 and as typeset; random streams with their numbers; errata with title and status; and, where phrases are judged
 over what a paper does not print, from where that is drawn (``plausible``). ``published.csv`` is the
 ledger, one row a printed value, exactly as printed. No number of a paper stands anywhere else.
+``phrases.toml``, where there are any, says by what the phrases of the ledger are measured.
 """
 
 import csv
@@ -92,6 +93,12 @@ class Paper:
                 if found.setdefault(printed.key[1:], printed) is not printed:
                     raise ValueError(f"{path}: two rows have the same table, row and column")
         return found
+
+    @cached_property
+    def phrases(self):
+        """What is in ``phrases.toml``: by table and row, how a phrase is measured (see `phrases_of`)."""
+        path = self.folder / "phrases.toml"
+        return tomllib.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
 
     def printed(self, table, row, column):
         """The ledger's row with this key; `ValueError` if there is none."""
