@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from tmalib.judging import NOT_REPRODUCED, REPRODUCED
-from tmalib.judging.book import ledger, roles, tables
+from tmalib.judging.book import ledger, roles
 
 
 def role(find, text, monkeypatch):
@@ -32,10 +32,3 @@ def test_counts_come_from_the_ledger(monkeypatch):
     assert role(roles.count, "p; inconclusive", monkeypatch) == "0 inconclusive"
     with pytest.raises(ValueError, match="nothing is judged"):
         role(roles.count, "p; T 2; reproduced", monkeypatch)
-
-
-def test_a_bar_is_as_long_as_its_number():
-    html = tables.bar({REPRODUCED: 3, NOT_REPRODUCED: 1})
-    assert "flex-grow: 3" in html
-    assert "3 reproduced" in html
-    assert "1 not reproduced" in html

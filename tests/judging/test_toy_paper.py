@@ -65,7 +65,8 @@ CAPTION = {
 }
 PAGES = {
     "book/intro.md": "# Toy\n\n```{score}\n```\n\n{cite:t}`toy2026`, {ref}`toy-coins`\n",
-    "book/verdicts/toy.md": "# Verdicts\n\n```{ledger-table} toy\n```\n\n```{bibliography}\n```\n",
+    "book/verdicts/toy.md": "# Verdicts\n\n```{ledger-table} toy\n:of: results\n```\n\n"
+    "```{bibliography}\n```\n",
     "book/references.bib": "@misc{toy2026, author = {A. Toy}, title = {Toys}, year = {2026}}\n",
     "book/_toc.yml": "format: jb-book\nroot: book/intro\nchapters:\n"
     "  - file: notebooks/toy/coins\n  - file: book/verdicts/toy\n",
@@ -126,7 +127,7 @@ def test_it_is_judged(project):
 
 def test_the_front_page_has_its_score(project):
     (score,) = page(project, "book/intro.html").select(".score")
-    assert "A toy: 3 printed values" in score.get_text()
+    assert [p.get_text() for p in score.select("p")] == ["A toy", "3 results"]
 
 
 def test_it_has_a_page_of_verdicts_with_links_to_the_cell(project):

@@ -30,11 +30,20 @@ Table 1,heads,std,0.50,1,monte-carlo,500
 Table 1,heads,bound,0.5,1,deterministic,
 """
 
+CONTENTS = """
+[[section]]
+number = "1"
+title = "Coins"
+items = [{ kind = "table", name = "Table 1", judged = ["Table 1"] }]
+[errata]
+"""
 
-def write_paper(folder, manifest=MANIFEST, ledger=LEDGER):
+
+def write_paper(folder, manifest=MANIFEST, ledger=LEDGER, contents=CONTENTS):
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "paper.toml").write_text(manifest, encoding="utf-8")
     (folder / "published.csv").write_text(ledger, encoding="utf-8")
+    (folder / "contents.toml").write_text(contents, encoding="utf-8")
     return folder
 
 

@@ -22,8 +22,8 @@ def import_graph():
 
 
 def data_in(folder):
-    """Manifest and ledger, or other data, in a folder."""
-    return [*folder.glob("*.toml"), *folder.glob("*.csv")]
+    """Manifest and ledger, or other data, in a folder; not ``contents.toml``, which only the book reads."""
+    return [path for path in (*folder.glob("*.toml"), *folder.glob("*.csv")) if path.name != "contents.toml"]
 
 
 def code_of_modules(*names):

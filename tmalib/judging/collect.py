@@ -8,7 +8,10 @@ from pathlib import Path
 from ..montecarlo import Source
 from .chapter import SOURCES
 from .chapters import notebooks_in, read
-from .verdict import CLAIMS, SYMBOLS, Claim
+from .contents import gaps
+from .statements import SYMBOLS as OF_STATEMENTS
+from .statements import Statement, read_claim, wrong_foundations
+from .verdict import CLAIMS, SYMBOLS
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ def outputs_of(cell):
 def claims_in(name, notebook):
     """The claims of a notebook, each with the notebook's name and its cell."""
     return [
-        Claim(**row | {"notebook": name, "cell": index})
+        read_claim(row | {"notebook": name, "cell": index})
         for index, cell in enumerate(notebook.cells)
         for output in outputs_of(cell)
         for row in output.data.get(CLAIMS, [])
@@ -79,16 +82,16 @@ def problems(claims, papers):
             found.append(f"not a published value: {where}")
         elif claim.printed != rows[claim.key].printed:
             found.append(f"printed value differs from the ledger's: {where}")
-        if claim.verdict not in SYMBOLS:
+        if claim.verdict not in (OF_STATEMENTS if isinstance(claim, Statement) else SYMBOLS):
             found.append(f"unknown verdict {claim.verdict!r}: {where}")
-    return found
+    return found + wrong_foundations(claims) + [gap for paper in papers.values() for gap in gaps(paper)]
 
 
 def score(claims, papers):
     """One line a paper: how many rows are judged, and how."""
     for paper in papers.values():
         verdicts = Counter(claim.verdict for claim in claims if claim.paper == paper.key)
-        words = ", ".join(f"{verdicts[word]} {word}" for word in SYMBOLS if verdicts[word])
+        words = ", ".join(f"{verdicts[word]} {word}" for word in SYMBOLS | OF_STATEMENTS if verdicts[word])
         yield f"{paper.key}: {verdicts.total()} of {len(paper.ledger)} judged ({words})"
 
 
@@ -100,4 +103,4 @@ def write_claims(claims, path):
 
 def read_claims(path):
     """The claims that `write_claims` wrote."""
-    return [Claim(**row) for row in json.loads(Path(path).read_text(encoding="utf-8"))]
+    return [read_claim(row) for row in json.loads(Path(path).read_text(encoding="utf-8"))]

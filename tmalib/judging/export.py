@@ -16,6 +16,7 @@ from .chapters import notebooks_in, read
 from .collect import origins_in
 
 COLUMNS = ("row", "column", "printed", "ours", "se", "z", "verdict")
+OF_STATEMENTS = ("row", "printed", "verdict", "basis", "steps", "rests_on", "erratum", "notebook", "cell")
 
 
 def write_figures(executed, claims, papers, pyproject, folder):
@@ -36,8 +37,7 @@ def write_figures(executed, claims, papers, pyproject, folder):
             else:
                 files = [f"{origin.paper}/{make_id(origin.table)}.csv"]
                 rows = [claim for claim in claims if claim.key[:2] == (origin.paper, origin.table)]
-                values = [[getattr(claim, column) for column in COLUMNS] for claim in rows]
-                write_csv(folder / files[0], COLUMNS, values)
+                write_csv(folder / files[0], *table_of(rows))
             made_from = "; ".join(map(str, origin.sources))
             index += [(file, name, origin.cell, made_from) for file in files]
     write_csv(folder / "index.csv", ("file", "notebook", "cell", "made_from"), sorted(index))
@@ -53,6 +53,13 @@ def write_figure(cell, folder, stem):
     (folder / f"{stem}.svg").write_text(data[0]["image/svg+xml"], encoding="utf-8")
     (folder / f"{stem}.pdf").write_bytes(base64.b64decode(data[0]["application/pdf"]))
     return [f"{stem}.svg", f"{stem}.pdf"]
+
+
+def table_of(claims):
+    """Head and rows of the table of some claims, all numbers and phrases or all statements."""
+    head = OF_STATEMENTS if claims[0].kind == "statement" else COLUMNS
+    values = [[getattr(claim, column) for column in head] for claim in claims]
+    return head, [["; ".join(v) if isinstance(v, tuple) else v for v in row] for row in values]
 
 
 def write_csv(path, head, rows):

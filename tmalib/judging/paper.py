@@ -3,8 +3,9 @@
 ``paper.toml`` has key, title, citation, part of the book, chapters; tables, rows and columns as in the ledger
 and as typeset; random streams with their numbers; errata with title and status; and, where phrases are judged
 over what a paper does not print, from where that is drawn (``plausible``). ``published.csv`` is the
-ledger, one row a printed value, exactly as printed. No number of a paper stands anywhere else.
-``phrases.toml``, where there are any, says by what the phrases of the ledger are measured.
+ledger, one row a printed value or statement, exactly as printed; the row of a statement is its name. No
+number of a paper stands anywhere else. What its sections hold is in ``contents.toml``, and by what its
+phrases are measured, where there are any, in ``phrases.toml``.
 """
 
 import csv
@@ -15,9 +16,16 @@ from functools import cached_property
 from pathlib import Path
 
 from ..montecarlo import Stream
+from .contents import read_contents
 
 PAPERS = Path(__file__).parent.parent / "papers"
-KINDS = ("input", "deterministic", "count", "monte-carlo", "text")
+GROUPS = {  # of the kinds of rows, counted apart
+    "results": ("deterministic", "count", "monte-carlo"),
+    "statements": ("statement",),
+    "phrases": ("text",),
+    "inputs": ("input",),
+}
+KINDS = tuple(kind for kinds in GROUPS.values() for kind in kinds)
 LEDGER = ("table", "row", "column", "printed", "unit", "kind", "runs")
 
 
@@ -41,8 +49,18 @@ class Printed:
 
     @property
     def value(self):
-        """The printed number; `ValueError` for a phrase, which has none."""
+        """The printed number; `ValueError` for a phrase or a statement, which has none."""
         return float(self.printed)
+
+    @property
+    def in_words(self):
+        """Whether words are printed, not a number."""
+        return self.kind in ("text", "statement")
+
+    @property
+    def group(self):
+        """The one of `GROUPS` that it is counted in."""
+        return next(group for group, kinds in GROUPS.items() if self.kind in kinds)
 
     @property
     def last_digit(self):
@@ -87,7 +105,8 @@ class Paper:
                 raise ValueError(f"{path}: the columns must be {LEDGER}, got {reader.fieldnames}")
             for row in reader:
                 for name, values in known.items():
-                    if row[name] not in values:
+                    names_itself = name == "row" and row["kind"] == "statement"
+                    if row[name] not in values and not names_itself:
                         raise ValueError(f"{path}, line {reader.line_num}: {name} {row[name]!r} is unknown")
                 printed = Printed(self.key, **row | {"runs": int(row["runs"]) if row["runs"] else None})
                 if found.setdefault(printed.key[1:], printed) is not printed:
@@ -99,6 +118,11 @@ class Paper:
         """What is in ``phrases.toml``: by table and row, how a phrase is measured (see `phrases_of`)."""
         path = self.folder / "phrases.toml"
         return tomllib.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+
+    @cached_property
+    def contents(self):
+        """What its sections hold, a `Contents`."""
+        return read_contents(self.folder)
 
     def printed(self, table, row, column):
         """The ledger's row with this key; `ValueError` if there is none."""

@@ -6,7 +6,10 @@ from docutils import nodes
 from sphinx import addnodes
 
 from ..collect import read_claims
+from ..statements import SYMBOLS as OF_STATEMENTS
 from ..verdict import SYMBOLS, same_digits
+
+ALL_SYMBOLS = SYMBOLS | OF_STATEMENTS
 
 
 def claims_under(env, key=()):
@@ -48,6 +51,7 @@ def in_brackets(unit):
 
 
 def written(claim):
-    """Printed, a phrase in quotation marks; ours, with as many digits; the verdict, symbol and word."""
-    printed = f"“{claim.printed}”" if claim.kind == "text" else claim.printed
-    return printed, same_digits(claim.ours, claim.printed), f"{SYMBOLS[claim.verdict]} {claim.verdict}"
+    """Printed, words in quotation marks; ours, with as many digits; the verdict, symbol and word."""
+    printed = f"“{claim.printed}”" if claim.in_words else claim.printed
+    ours = "" if claim.kind == "statement" else same_digits(claim.ours, claim.printed)
+    return printed, ours, f"{ALL_SYMBOLS[claim.verdict]} {claim.verdict}"

@@ -10,6 +10,7 @@ from docutils import nodes
 
 from ..chapters import read
 from ..collect import origins_in
+from ..statements import TABLE as STATEMENTS
 from .ledger import cell_label, label_of, link
 
 
@@ -46,7 +47,9 @@ def name_folded_code(cells):
 
 def mark_cells(env, cells, notebook, origins):
     """A label for every cell that is shown, and for one that is not, at the table it makes."""
-    tables = [origin for origin in reversed(origins) if origin.table]  # of several in a cell, the first
+    tables = [
+        origin for origin in reversed(origins) if origin.table not in ("", STATEMENTS)
+    ]  # the first wins
     places = {origin.cell: label_of(origin.paper, origin.table) for origin in tables}
     for cell in cells:
         places[cell["cell_index"]] = f"cell-{cell['cell_index']}"
@@ -61,7 +64,10 @@ def listing(env, origins):
     for origin in sorted(origins, key=lambda origin: origin.cell):
         what, cell = link(env, origin.figure, origin.figure, kind="numref"), nodes.Text(f"cell {origin.cell}")
         if origin.table:
-            what = link(env, label_of(origin.paper, origin.table), f"{origin.table}, judged")
+            place = label_of(origin.paper, origin.table)
+            if origin.table == STATEMENTS:  # they have no table in the chapter
+                place = cell_label(origin.notebook, origin.cell)
+            what = link(env, place, f"{origin.table}, judged")
             cell = link(env, cell_label(origin.notebook, origin.cell), f"cell {origin.cell}")
         runs = nodes.Text("".join(f"; {source}" for source in origin.sources) + ".")
         items += nodes.list_item("", nodes.paragraph("", "", what, nodes.Text(": "), cell, runs))

@@ -13,8 +13,7 @@ from sphinx.util.docutils import SphinxRole
 
 from ..drawings import counts
 from ..paper import read_papers
-from ..verdict import SYMBOLS
-from .ledger import claims_under, parse_key, written
+from .ledger import ALL_SYMBOLS, claims_under, parse_key, written
 
 
 class LedgerRole(SphinxRole):
@@ -54,7 +53,7 @@ def verdict(env, text):
 
 def count(env, text):
     *key, last = parse_key(text, 1)
-    if last not in SYMBOLS:
+    if last not in ALL_SYMBOLS:
         return str(len(claims_under(env, (*key, last))))
     return f"{sum(claim.verdict == last for claim in claims_under(env, tuple(key)))} {last}"
 

@@ -1,21 +1,22 @@
 """Tables of judged numbers, and their score.
 
 ``{judged-table} paper; table`` is a table in the paper's layout: in every cell printed, ours and the verdict.
-``{ledger-table} paper`` has all rows of a paper, with standard error, z, smallest detectable deviation, and a
-link from each verdict to the cell that computed it. `_static/ledger.js` makes it sortable and filterable.
-``{score}`` says how many printed values of each paper are judged, and how, as bars with numbers and words.
+``{ledger-table} paper`` has all rows of a group of a paper (``:of: results``, the default, ``statements``,
+``phrases`` or ``inputs``), with what their verdicts rest on, and a link from each verdict to the cell that
+computed it. `_static/ledger.js` makes it sortable and filterable.
 """
 
 from collections import Counter
-from html import escape
 
 from docutils import nodes
 from docutils.parsers.rst import directives
 from sphinx.util.docutils import SphinxDirective
 
-from ..paper import read_papers
+from ..paper import GROUPS, read_papers
 from ..verdict import SYMBOLS
 from . import ledger
+
+NUMBERS = ["table", "quantity", "printed", "ours", "standard error", "z", "detectable deviation", "verdict"]
 
 
 class LedgerDirective(SphinxDirective):
@@ -32,14 +33,14 @@ class LedgerDirective(SphinxDirective):
         except (KeyError, ValueError) as problem:
             raise self.error(f"ledger: {problem}") from problem
 
-    def make_table(self, caption, head, body, kind):
+    def make_table(self, caption, head, body, kinds):
         """A docutils table; a cell is a text, or a list of nodes."""
         words, _ = self.state.inline_text(caption, self.lineno)
         group = nodes.tgroup("", *(nodes.colspec(colwidth=1) for _ in head), cols=len(head))
         for section, rows in ((nodes.thead(), [head]), (nodes.tbody(), body)):
             group += section
             section += [nodes.row("", *map(make_entry, cells)) for cells in rows]
-        table = nodes.table("", nodes.title(caption, "", *words), group, classes=[kind])
+        table = nodes.table("", nodes.title(caption, "", *words), group, classes=kinds)
         self.set_source_info(table)
         return table
 
@@ -65,7 +66,7 @@ class JudgedTable(LedgerDirective):
         phrases = all(claim.kind == "text" for claim in found)
         head, body = (phrase_rows if phrases else number_rows)(paper, found)
         caption = self.options.get("caption", f"{paper.tables[key[1]]}, judged.")
-        node = self.make_table(caption, head, body, "phrase-table" if phrases else "judged-table")
+        node = self.make_table(caption, head, body, ["phrase-table" if phrases else "judged-table"])
         node["names"].append(ledger.label_of(*key))
         self.state.document.note_explicit_target(node, node)
         return [node] if phrases else [node, legend(found)]
@@ -97,51 +98,55 @@ def legend(found):
 
 
 class LedgerTable(LedgerDirective):
-    """All rows of a paper one below the other, with all that the verdicts rest on."""
+    """All rows of a group of a paper one below the other, with all that the verdicts rest on."""
+
+    option_spec = {"of": lambda word: directives.choice(word, tuple(GROUPS))}  # noqa: RUF012
 
     def shown(self, key, paper, found):
-        head = ["table", "quantity", "printed", "ours", "standard error", "z"]
-        head += ["detectable deviation", "verdict"]
-        caption = "Every printed value of the paper and its verdict, in the paper's order."
-        return [self.make_table(caption, head, [self.row(paper, claim) for claim in found], "ledger-table")]
+        group = self.options.get("of", "results")
+        chosen = [claim for claim in found if claim.group == group]
+        if not chosen:
+            raise ValueError(f"no {group} are judged under {'; '.join(key)!r}")
+        if group == "statements":
+            chosen.sort(key=paper.contents.order_of)
+        in_words = group in ("statements", "phrases")
+        head = ["where", "what", "printed", "what the cell shows", "verdict"] if in_words else NUMBERS
+        row = self.words if in_words else self.numbers
+        caption = f"The {group} of the paper and their verdicts, in the paper's order."
+        kinds = ["ledger-table", "in-words"] if in_words else ["ledger-table"]
+        return [self.make_table(caption, head, [row(paper, claim) for claim in chosen], kinds)]
 
-    def row(self, paper, c):
+    def numbers(self, paper, c):
+        """The cells of a number."""
         where = ledger.link(self.env, ledger.label_of(c.paper, c.table), paper.tables[c.table])
         quantity = filter(None, (paper.rows[c.row], paper.columns[c.column], ledger.in_brackets(c.unit)))
-        printed, ours, word = ledger.written(c)
+        printed, ours, _ = ledger.written(c)
         tested = [digits(c.se, 2), "" if c.z is None else f"{c.z:.2f}", digits(c.detectable, 3)]
-        title, label = f"computed in cell {c.cell} of {c.notebook}", ledger.cell_label(c.notebook, c.cell)
-        verdict = nodes.paragraph("", "", ledger.link(self.env, label, word, title=title))
-        for erratum in filter(None, c.erratum.split(", ")):
-            verdict += [nodes.Text(" "), ledger.link(self.env, erratum, erratum)]
-        notes = [nodes.paragraph("", c.note, classes=["note"])] if c.note else []
         texts = [" ".join(quantity), printed, ours, *tested]
-        return [[nodes.paragraph("", "", where)], *texts, [verdict, *notes]]
+        notes = [nodes.paragraph("", c.note, classes=["note"])] if c.note else []
+        return [[nodes.paragraph("", "", where)], *texts, [self.verdict(c), *notes]]
+
+    def words(self, paper, c):
+        """The cells of a phrase or a statement."""
+        printed, ours, _ = ledger.written(c)
+        shown = (
+            [*c.steps, *([f"rests on: {'; '.join(c.rests_on)}"] if c.rests_on else [])]
+            if not ours
+            else [ours]
+        )
+        shown += [c.note] if c.note else []
+        where = paper.tables[c.table] if ours else paper.contents.place_of(c)
+        return [where, paper.rows.get(c.row, c.row), printed, lines(*shown), [self.verdict(c)]]
+
+    def verdict(self, c):
+        """A link to the cell, and links to the errata."""
+        title, label = f"computed in cell {c.cell} of {c.notebook}", ledger.cell_label(c.notebook, c.cell)
+        found = nodes.paragraph("", "", ledger.link(self.env, label, ledger.written(c)[2], title=title))
+        for erratum in filter(None, c.erratum.split(", ")):
+            found += [nodes.Text(" "), ledger.link(self.env, erratum, erratum)]
+        return found
 
 
 def digits(value, number):
     """So many significant digits, without an exponent where that can be: 6360, not 6.36e+03."""
     return f"{float(f'{value:.{number}g}'):g}" if value else ""
-
-
-class Score(SphinxDirective):
-    """One bar a paper."""
-
-    def run(self):
-        html = ""
-        for paper in read_papers().values():
-            count = Counter(claim.verdict for claim in ledger.claims_under(self.env, (paper.key,)))
-            total = f"{len(paper.ledger)} printed values"
-            html += f"<p><strong>{escape(paper.title)}</strong>: {total}</p>\n{bar(count)}\n"
-        html = f'<div class="score" role="group" aria-label="Verdicts by paper">\n{html}</div>\n'
-        return [nodes.raw("", html, format="html")]
-
-
-def bar(count):
-    """Segments as long as their numbers, each with its symbol; what they mean is the list below the bar."""
-    segments, words = "", ""
-    for verdict in filter(count.get, SYMBOLS):
-        kind, sign, number = nodes.make_id(verdict), SYMBOLS[verdict], count[verdict]
-        segments += f'<span class="{kind}" style="flex-grow: {number}">{sign} {number}</span>'
-        words += f'<li><span class="{kind}">{sign}</span> {number} {verdict}</li>'
-    return f'<div class="bar" aria-hidden="true">{segments}</div>\n<ul>{words}</ul>\n'

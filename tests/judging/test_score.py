@@ -1,0 +1,52 @@
+"""The score counts results, statements, phrases and inputs apart; its bars are as long as their numbers."""
+
+import re
+import shutil
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from playwright.sync_api import sync_playwright
+
+from tmalib.judging import DEPENDS, FALSE, HOLDS, NOT_REPRODUCED, REPRODUCED
+from tmalib.judging.book import score
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+STYLE = Path(__file__).parents[2] / "book/_static/custom.css"
+
+
+def claims(**groups):
+    return [SimpleNamespace(group=g, verdict=v) for g, words in groups.items() for v in words]
+
+
+def test_groups_are_counted_apart():
+    found = claims(
+        results=[REPRODUCED] * 2, statements=[HOLDS, FALSE], phrases=[DEPENDS], inputs=[REPRODUCED]
+    )
+    html = score.bars(found)
+    assert re.findall(r"<p>(.*?)</p>", html) == [
+        "2 results", "2 statements", "1 phrase", "1 input: 1 reproduced",
+    ]  # fmt: skip
+    assert html.count('class="bar"') == 3, "inputs have none"
+    assert "2 reproduced" in html
+    assert "<p>" not in score.bars([])
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
+@pytest.mark.parametrize("width", [1280, 360])
+def test_a_bar_is_in_true_proportion_on_the_screen(width):
+    """Widths measured in Chromium: a share of one in two hundred is not drawn wider than it is."""
+    number = {REPRODUCED: 197, NOT_REPRODUCED: 1, "inconclusive": 2}
+    html = f"<style>{STYLE.read_text('utf-8')}</style><div class='score'>{score.bar(number)}</div>"
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"])
+        page = browser.new_page(viewport={"width": width, "height": 400})
+        page.set_content(html)
+        measured = page.eval_on_selector_all(
+            ".bar span", "all => all.map(e => e.getBoundingClientRect().width)"
+        )
+        browser.close()
+    total = sum(measured)
+    assert total > 0.8 * width
+    for drawn, share in zip(measured, (197, 1, 2), strict=True):
+        assert drawn / total == pytest.approx(share / 200, abs=1e-3)
