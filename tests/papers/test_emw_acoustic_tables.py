@@ -87,3 +87,35 @@ def test_places_by_component():
     assert [text.get_text() for text in ax.texts] == ["scenario 2", "scenario 6"]
     assert [label.get_text() for label in ax.get_xticklabels()] == 2 * list(drawing.COMPONENTS)
     plt.close(figure)
+
+
+def judged_as_wished(**changed):
+    """Table II as it should be, the claims on (row, column) changed."""
+    words = {"true": judging.REPRODUCED}
+    claims = []
+    for (table, row, column), printed in PAPER.ledger.items():
+        if table == "Table II":
+            found = dict(ours=printed.value, verdict=words.get(column, judging.CORRECTED))
+            found |= changed.get(f"{row}_{column}", {})
+            claims.append(judging.Claim(**vars(printed), se=0.0, erratum="", note="", **found))
+    return judging.Verdicts(tuple(claims), 3.0)
+
+
+def test_shortcomings_of_a_table():
+    good = {"mle_converged": np.ones(5, dtype=bool), "ekf": np.zeros((5, 4))}
+    assert tables.shortcomings(2, judged_as_wished(), good) == []
+    rejected = {"verdict": judging.NOT_REPRODUCED}
+    assert tables.shortcomings(2, judged_as_wished(xT_std_ekf=rejected), good) == []
+    for row, column in (("xT", "true"), ("yT", "bias_mle"), ("vxT", "std_mle"), ("vyT", "std_crlb")):
+        (found,) = tables.shortcomings(2, judged_as_wished(**{f"{row}_{column}": rejected}), good)
+        assert f"{row} | {column}" in found
+    (found,) = tables.shortcomings(2, judged_as_wished(xT_std_crlb={"ours": 111.64}), good)
+    assert found == "std_crlb is 3.0 units off"
+    lost = {"mle_converged": np.array([True, False]), "ekf": np.array([[0.0] * 4, [np.nan, 0, 0, 0]])}
+    assert tables.shortcomings(2, judged_as_wished(), lost) == [
+        "1 fits have not converged",
+        "1 runs of the filter are not finite",
+    ]
+    short = judging.Verdicts(judged_as_wished().claims[:-1], 3.0)
+    with pytest.raises(ValueError, match="no claim"):
+        tables.shortcomings(2, short, good)

@@ -10,29 +10,6 @@ from tmalib.montecarlo import Runs, Source
 from tmalib.papers.robustness import measures
 from tmalib.papers.robustness import phrases as text
 from tmalib.papers.robustness import scenarios as paper
-from tmalib.papers.robustness.paper import PAPER
-
-
-def test_every_phrase_of_the_ledger_has_a_measure():
-    rows = {key[1] for key, row in PAPER.ledger.items() if row.kind == "text"}
-    assert set(text.PHRASES) == rows
-    for phrase in text.PHRASES.values():
-        assert (phrase.at_least, phrase.at_most) != (None, None)
-
-
-def test_limits_and_margins():
-    bad = text.Phrase("", "", at_least=0.1)
-    good = text.Phrase("", "", at_most=0.1)
-    between = text.Phrase("", "", at_least=-0.5, at_most=0.5)
-    values = np.array([0.05, 0.1, 0.2, np.inf, np.nan])
-    assert bad.holds(values).tolist() == [False, True, True, True, False]
-    assert good.holds(values).tolist() == [True, True, False, False, False]
-    assert between.holds([-0.6, -0.5, 0.5, 0.6]).tolist() == [False, True, True, False]
-    assert bad.margin(0.2) == pytest.approx(2)
-    assert good.margin(0.05) == pytest.approx(2)
-    for phrase in (bad, good, between):
-        sweep = np.linspace(-2, 2, 401)[1::2] if phrase is between else np.linspace(0.001, 2, 400)
-        assert np.array_equal(phrase.margin(sweep) >= 1, phrase.holds(sweep))
 
 
 def test_the_estimate_of_the_circle_is_scipys(geometry):

@@ -6,8 +6,8 @@ import pytest
 from scipy.stats import binom
 
 from tmalib import figures
+from tmalib.judging import Phrase
 from tmalib.papers.robustness import periodic_drawing, phrase_drawing
-from tmalib.papers.robustness.phrases import Phrase
 
 
 @pytest.fixture(autouse=True)
@@ -22,7 +22,10 @@ def points(lines, colour):
 
 
 def test_each_scenario_is_drawn_once_and_right_of_the_line_where_the_phrase_holds():
-    phrases = {"bad": Phrase("", "", at_least=0.1), "good": Phrase("", "", at_most=0.1)}
+    phrases = {
+        "bad": Phrase("", "after", at_least=0.1),
+        "good": Phrase("", "after", at_most=0.1),
+    }
     values = np.array([0.0, 0.001, 0.05, 0.2, 3.0, 7.0, np.inf, np.nan])
     fig = phrase_drawing.in_scenarios(phrases, {"bad": 0.2, "good": 0.2}, dict.fromkeys(phrases, values))
     (ax,) = fig.axes
@@ -52,7 +55,10 @@ def test_shares_are_drawn_with_their_intervals_and_an_empty_one_not_at_all():
 
 
 def test_the_share_against_the_limit_is_that_of_the_values():
-    phrases = {"bad": Phrase("", "", at_least=0.1), "good": Phrase("", "", at_most=0.1)}
+    phrases = {
+        "bad": Phrase("", "after", at_least=0.1),
+        "good": Phrase("", "after", at_most=0.1),
+    }
     values = np.array([0.05, 0.09, 0.11, np.inf])
     fig = phrase_drawing.shares_against_limits(phrases, dict.fromkeys(phrases, values), ["bad", "good"])
     for ax, expected in zip(fig.axes, (0.5, 0.5), strict=True):

@@ -7,6 +7,7 @@ Nothing here knows a particular paper. `tools/build.py` shows in which order the
 from . import simulated
 from .chapter import numbers, show, stored_runs
 from .paper import Paper, Printed, read_paper, read_papers
+from .phrases import Phrase, judge_phrases, phrases_of
 from .statements import AMENDED, FALSE, HOLDS, OPEN, Marks, Statement, judge_statements
 from .vector import EXPERIMENTS
 from .verdict import (

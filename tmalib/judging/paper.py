@@ -4,7 +4,8 @@
 and as typeset; random streams with their numbers; errata with title and status; and, where phrases are judged
 over what a paper does not print, from where that is drawn (``plausible``). ``published.csv`` is the
 ledger, one row a printed value or statement, exactly as printed; the row of a statement is its name. No
-number of a paper stands anywhere else. What its sections hold is in ``contents.toml``.
+number of a paper stands anywhere else. What its sections hold is in ``contents.toml``, and by what its
+phrases are measured, where there are any, in ``phrases.toml``.
 """
 
 import csv
@@ -111,6 +112,12 @@ class Paper:
                 if found.setdefault(printed.key[1:], printed) is not printed:
                     raise ValueError(f"{path}: two rows have the same table, row and column")
         return found
+
+    @cached_property
+    def phrases(self):
+        """What is in ``phrases.toml``: by table and row, how a phrase is measured (see `phrases_of`)."""
+        path = self.folder / "phrases.toml"
+        return tomllib.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
 
     @cached_property
     def contents(self):

@@ -63,7 +63,7 @@ class Statement(Printed):
     notebook: str = ""
     cell: int = -1
 
-    z = None  # no test of significance
+    z = probability = None  # there is no test of significance
 
     def __post_init__(self):
         names = ("proved", "by_hand", "measured", "refuted", "left_open", "rests_on")

@@ -1,76 +1,78 @@
-"""`emw-acoustic`: sentences of the text as measures with limits."""
+"""`emw-acoustic`: what the sentences of the text are measured by; the limits are in ``phrases.toml``.
+
+Every measure is an `Ours` with its standard error, for `judging.judge_phrases`.
+"""
 
 from __future__ import annotations
 
-from ...judging import Ours, judge
-from .paper import PAPER
+import numpy as np
 
-WITHIN = 0.85  # share of a cloud in a 90 % ellipse from which on it is "within"
-ERRATA = "emw-1, emw-2, emw-3"  # on which the simulated filter rests
-
-# by table and row: what is measured, the limits within which the sentence holds, and the errata needed
-PHRASES = {
-    "Section V.A": {
-        "MLE, after 7 minutes": (
-            "smallest share of the MLE's cloud in the bound's ellipse from 420 s on",
-            {"at_least": WITHIN, "erratum": "emw-1"},
-        ),
-        "EKF, after 7 minutes": (
-            "share of the EKF's cloud in the bound's ellipse at 420 s",
-            {"at_most": WITHIN, "erratum": ERRATA},
-        ),
-        "EKF, bias": (
-            "mean error of the EKF along the line of sight at 420 s, without sign, over the bound",
-            {"at_least": 0.5, "erratum": ERRATA},
-        ),
-        "EKF, after 13 minutes": (
-            "smallest share of the EKF's cloud in the bound's ellipse from 780 s on",
-            {"at_least": WITHIN, "erratum": ERRATA},
-        ),
-        "EKF, efficiency": (
-            "smallest root mean square error of a component at the end over the bound",
-            {"at_least": 1.05, "erratum": ERRATA},
-        ),
-    },
-    "Conclusion": {
-        "MLE, efficiency": (
-            "largest mean normalised error squared of the six scenarios; the limit is what 500 runs of an "
-            "efficient estimator stay below in 95 of 100 cases",
-            {"at_most": 4.21, "erratum": "emw-1"},
-        ),
-        "EKF, second manoeuvre": (
-            "largest factor by which the second turn, at the same duration, lowers the EKF's median error in "
-            "a component",
-            {"at_most": 1.1, "erratum": ERRATA},
-        ),
-    },
-}
+from ...judging import Ours
+from ...montecarlo import statistics
 
 
-def judge_phrases(table, values, made_from):
-    """Judge the sentences of a table of the ledger.
+def mean_nees(values):
+    """Mean of normalised errors squared, ``(runs,)``; an efficient estimator has 4."""
+    return Ours(float(np.mean(values)), se=float(np.std(values) / np.sqrt(len(values))))
 
-    Parameters
-    ----------
-    table : str
-        Of `PHRASES`.
-    values : dict
-        Row to what was measured; each row of the table once.
-    made_from : sequence of Runs
 
-    Returns
-    -------
-    Verdicts
+def largest_bias(errors):
+    """Largest mean of a component of the errors, ``(runs, 4)``, without sign, over its spread."""
+    found = statistics(errors)
+    return Ours(float(np.max(np.abs(found.bias) / found.std)), se=1 / np.sqrt(len(errors)))
 
-    Raises
-    ------
-    ValueError
-        For other rows than those of the table.
+
+def rms_over_bound(errors, bound):
+    """Root mean square errors over the bound's standard deviations, four `Ours` for errors ``(runs, 4)``."""
+    squares = np.asarray(errors) ** 2
+    mean, error = squares.mean(axis=0), squares.std(axis=0) / np.sqrt(len(squares))
+    ratios, relative = np.sqrt(mean) / bound, error / (2 * mean)
+    return [Ours(float(value), se=float(value * off)) for value, off in zip(ratios, relative, strict=True)]
+
+
+def least(measures):
+    """The one with the smallest value."""
+    return min(measures, key=lambda ours: ours.value)
+
+
+def most(measures):
+    """The one with the largest value."""
+    return max(measures, key=lambda ours: ours.value)
+
+
+def smallest_share(inside):
+    """Smallest share of the runs at an instant, of booleans ``(runs, T)``."""
+    share = np.mean(inside, axis=0).min()
+    return Ours(float(share), se=float(np.sqrt(share * (1 - share) / len(inside))))
+
+
+def share_far(errors, distance):
+    """Share of the runs whose position, of errors ``(runs, 4)``, is off by more than ``distance`` metres."""
+    return smallest_share((np.hypot(errors[:, 0], errors[:, 1]) > distance)[:, None])
+
+
+def median_of(values):
+    """Median of ``(runs,)``; its standard error is half of what lies between two order statistics."""
+    half = 0.5 / np.sqrt(len(values))
+    low, middle, high = np.quantile(values, [0.5 - half, 0.5, 0.5 + half])
+    return Ours(float(middle), se=float((high - low) / 2))
+
+
+def off_course(positions, target):
+    """Median distances of positions ``(runs, T, 2)`` from the line a target sails on, in metres, T `Ours`."""
+    across = np.array([-1.0, 1.0]) * target.velocity[::-1] / np.hypot(*target.velocity)
+    off = np.abs((positions - target.position_at(0.0)) @ across)
+    return [median_of(column) for column in off.T]
+
+
+def covariance_off(errors, covariance):
+    """Largest relative difference of the spread of errors from a covariance's, in any direction.
+
+    With ``L`` the Cholesky factor of the covariance, the spreads along the eigenvectors of the covariance of
+    ``L^-1 errors`` are the extremes; all are one where the two are equal.
     """
-    if set(values) != set(phrases := PHRASES[table]):
-        raise ValueError(f"values must be of the rows {list(phrases)}, got {list(values)}")
-    ours = {
-        (row, "claim"): Ours(values[row], note=measure, **limits)
-        for row, (measure, limits) in phrases.items()
-    }
-    return judge(PAPER, table, ours, made_from=made_from)
+    scaled = np.linalg.solve(np.linalg.cholesky(covariance), np.asarray(errors).T).T
+    _, directions = np.linalg.eigh(np.cov(scaled.T))
+    found = statistics(scaled @ directions)
+    worst = np.argmax(np.abs(found.std - 1))
+    return Ours(float(abs(found.std[worst] - 1)), se=float(found.std_se()[worst]))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...bounds import crlb_sigma
-from ...judging import NOT_REPRODUCED, Ours, judge, of_runs
+from ...judging import CORRECTED, INCONCLUSIVE, NOT_REPRODUCED, REPRODUCED, Ours, judge, of_runs
 from . import scenarios as emw
 from .paper import PAPER
 
@@ -72,6 +72,42 @@ def judge_scenario(number, results, notes=None, *, rare=None):
     for key, note in (notes or {}).items():
         ours[key] = replace(ours[key], note="; ".join(filter(None, [ours[key].note, note])))
     return judge(PAPER, TABLES[number], ours, made_from=[results])
+
+
+def shortcomings(number, table, results):
+    """What is not as it should be in a judged scenario: a list of words, empty where all is well.
+
+    True state and bounds agree within a unit of the last digit, the MLE's columns agree, every fit converges
+    and the filter ends at a finite state in every run. What is said of the EKF's columns differs from
+    scenario to scenario and is not looked at.
+
+    Parameters
+    ----------
+    number : int
+    table : Verdicts
+        Of `judge_scenario`.
+    results : Runs
+        Of `experiments.both_estimators`.
+    """
+    wanted = {
+        "true": (REPRODUCED,),
+        "std_crlb": (CORRECTED,),
+        "std_crlb_botma": (CORRECTED,),
+        "bias_mle": (CORRECTED,),
+        "std_mle": (CORRECTED,),
+    }
+    found = [] if len(table) == 28 else [f"{len(table)} rows instead of 28"]
+    for claim in table:
+        if claim.verdict not in wanted.get(claim.column, (CORRECTED, INCONCLUSIVE, NOT_REPRODUCED)):
+            found.append(str(claim))
+    for column in ("std_crlb", "std_crlb_botma"):
+        off = units_off(number, column, [table.of(row, column).ours for row in ROWS])
+        found += [f"{column} is {worst:.1f} units off" for worst in off if worst > 1]
+    if lost := int(np.sum(~results["mle_converged"])):
+        found.append(f"{lost} fits have not converged")
+    if lost := int(np.sum(~np.isfinite(results["ekf"]).all(axis=1))):
+        found.append(f"{lost} runs of the filter are not finite")
+    return found
 
 
 def ours_of_filter(errors):

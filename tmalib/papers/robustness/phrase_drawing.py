@@ -20,7 +20,7 @@ def in_scenarios(phrases, reference, values):
     Parameters
     ----------
     phrases : dict
-        Name to `phrases.Phrase`.
+        Name to `judging.Phrase`.
     reference : dict
         Name to number, in the reference scenario: a diamond.
     values : dict

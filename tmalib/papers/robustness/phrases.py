@@ -1,8 +1,9 @@
-"""`robustness`: the phrases of the text as measures with limits, judged over plausible scenarios.
+"""`robustness`: which plausible scenarios count for a phrase of the text, and in how many of them it holds.
 
-One yardstick serves for most: *a tenth*. An estimate is bad when it ends a tenth of the final range or
-more from the target, and good below that; an approximation is good when it leaves a tenth, at most, of what
-it approximates; a filter performs better when it takes a tenth, at least, off the error.
+What measures a phrase and within which limits it holds is in ``phrases.toml`` (`judging.phrases`). One
+yardstick serves for most: *a tenth*. An estimate is bad when it ends a tenth of the final range or more from
+the target, and good below that; an approximation is good when it leaves a tenth, at most, of what it
+approximates; a filter performs better when it takes a tenth, at least, off the error.
 
 Not every scenario counts for every phrase (`counted`). Section IV asks what other algorithms produce "for
 such cases", those in which the BLS is bad: there the filters are held against it. And a degenerate cloud
@@ -11,91 +12,16 @@ of particles shows the collapse of our filter, not what a filter believes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from ...judging import Ours, judge, within
+from ... import judging
 from ...particles import FEW_FAMILIES
 from .measures import TENTH
 from .paper import PAPER
 
 TABLE = "Text"
-
-
-@dataclass(frozen=True)
-class Phrase:
-    """A phrase of the text: where it stands, what measures it, and the limits within which it holds."""
-
-    where: str
-    measure: str
-    at_least: float | None = None
-    at_most: float | None = None
-
-    def holds(self, value):
-        """Whether it holds, for one value or an array of them; a value that is NaN does not."""
-        return within(value, self.at_least, self.at_most)
-
-    def margin(self, value):
-        """How many times better than the limit a value is; below one it does not hold."""
-        value = np.asarray(value, dtype=float)
-        with np.errstate(divide="ignore"):
-            return value / self.at_least if self.at_most is None else self.at_most / np.abs(value)
-
-
-ERROR = "distance of estimate and target over the final range"
-DEPARTURE = "distance of filter and BLS over that of BLS and target"
-OVER_BLS = "error of the filter at the end over that of the BLS"
 CASES = ("circular target", "worst perturbation")
-PHRASES = {
-    "BLS, circular target": Phrase("Section I", ERROR, at_least=TENTH),
-    "first order, circular target": Phrase(
-        "Figure 2", "distance of development and estimate over the estimate's shift", at_most=TENTH
-    ),
-    "information": Phrase(
-        "Section IV", "largest standard deviation of the bound over the final range", at_most=TENTH
-    ),
-    "local minimum": Phrase(
-        "Section II.A", "share of small perturbations without a lower minimum elsewhere", at_least=0.95
-    ),
-    "BLS, worst perturbation": Phrase("Figure 3", ERROR, at_least=TENTH),
-    "speeds, worst perturbation": Phrase("Figure 4", "largest deviation of the speed over it", at_most=TENTH),
-    "other models": Phrase(
-        "Section IV", "worst first-order error of two other models over the final range", at_least=TENTH
-    ),
-    "EKF, circular target, early": Phrase(
-        "Figure 5", "length of the track's first half over that of its second", at_least=2.0
-    ),
-    "EKF, circular target, end": Phrase("Figure 5", DEPARTURE, at_most=TENTH),
-    "particles, circular target": Phrase(
-        "Figure 6", "semi-axis of the cloud's 90 % ellipse over the range", at_least=TENTH
-    ),
-    "EKF, worst perturbation": Phrase("Figure 7", DEPARTURE, at_most=TENTH),
-    "bearings, worst perturbation": Phrase(
-        "Section IV", "rms difference of the bearings of BLS and target in sigma", at_most=1.0
-    ),
-    "particles, worst perturbation, maximum": Phrase(
-        "Figure 8", "place of the densest point, 0 at the BLS, 1 at the target", at_least=-0.5, at_most=0.5
-    ),
-    "particles, worst perturbation, spread": Phrase(
-        "Figure 8", "density halfway from the BLS to the target over the largest", at_least=TENTH
-    ),
-    "BLS, periodic perturbation": Phrase(
-        "Figure 9",
-        "distance of estimate and target over the final range, for a cosine of any phase",
-        at_most=TENTH,
-    ),
-    "manoeuvre": Phrase(
-        "Section V",
-        "worst first-order error over the final range, for the best of nine weaves",
-        at_most=TENTH,
-    ),
-    **{
-        f"{who} against BLS, {case}": Phrase("Section I", OVER_BLS, at_least=1 - TENTH)
-        for who in ("EKF", "particles")
-        for case in CASES
-    },
-}
+PHRASES = judging.phrases_of(PAPER, TABLE)
 
 
 def case_of(name):
@@ -143,12 +69,9 @@ def judge_phrases(runs):
     ``runs`` are those of `plausible.measure_all`.
     """
     ours = {}
-    for name, (held, scenarios) in shares(runs).items():
-        phrase, left_out = PHRASES[name], int((meant(name, runs) & ~sound(name, runs)).sum())
-        note = f"{phrase.measure} ({phrase.where})"
-        note += f"; {left_out} degenerate clouds are left out" if left_out else ""
-        ours[name, "claim"] = Ours(
-            middle(name, runs[name][counted(name, runs)]), at_least=phrase.at_least, at_most=phrase.at_most,
-            among=(held, scenarios), note=note,
-        )  # fmt: skip
-    return judge(PAPER, TABLE, ours, made_from=[runs])
+    for name, among in shares(runs).items():
+        left_out = int((meant(name, runs) & ~sound(name, runs)).sum())
+        note = f"{left_out} degenerate clouds are left out" if left_out else ""
+        value = middle(name, runs[name][counted(name, runs)])
+        ours[name] = judging.Ours(value, among=among, note=note)
+    return judging.judge_phrases(PAPER, TABLE, ours, made_from=[runs])
