@@ -9,12 +9,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .checks import check_count, check_is
 from .scenario import Scenario
+from .types import FloatArray
 
 
-def average_measurements(scenario, angles, together):
+def average_measurements(scenario: Scenario, angles: ArrayLike, together: int) -> tuple[Scenario, FloatArray]:
     """The scenario with means of successive measurements, and these means.
 
     Parameters

@@ -9,13 +9,17 @@ the short experiment, and the result does not depend on who computes which chunk
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .checks import as_numbers, check_count, check_is, check_scalar, set_fields, short
+from .types import FloatArray
 
 SEED = 2016
 CHUNK = 500
@@ -42,7 +46,7 @@ class Stream:
     name: str
     number: int = -1
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise ValueError(f"the name of a stream must be a text that is not empty, got {self.name!r}")
         if self.number != int(check_scalar("number", self.number)):
@@ -51,12 +55,12 @@ class Stream:
             digest = hashlib.sha256(self.name.encode()).digest()
             set_fields(self, number=NAMED + int.from_bytes(digest[:4]))
 
-    def chunk(self, k=0, seed=SEED):
+    def chunk(self, k: int = 0, seed: int = SEED) -> np.random.SeedSequence:
         """Seed of a chunk, a `numpy.random.SeedSequence`."""
         return np.random.SeedSequence(entropy=seed, spawn_key=(self.number, k))
 
     @property
-    def source(self):
+    def source(self) -> Source:
         """The `Source` of numbers that are drawn from the stream without a task."""
         return Source("", self.name, SEED, 0)
 
@@ -73,7 +77,7 @@ class Source:
     seed: int
     runs: int
 
-    def __str__(self):
+    def __str__(self) -> str:
         made = f"{self.task}, {self.runs} runs, " if self.task else ""
         return f"{made}stream {self.stream}, seed {self.seed}"
 
@@ -81,25 +85,25 @@ class Source:
 class Runs(Mapping):
     """Named arrays with one row a run, and their `Source`."""
 
-    def __init__(self, arrays, source):
+    def __init__(self, arrays: Mapping[str, Any], source: Source) -> None:
         self._arrays, self.source = dict(arrays), source
 
-    def __getitem__(self, key):
+    def __getitem__(self, key: str) -> Any:
         return self._arrays[key]
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[str]:
         return iter(self._arrays)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self._arrays)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"Runs({', '.join(self)}; {self.source})"
 
 
-def task_name(task):
+def task_name(task: Callable[..., Any]) -> str:
     """A task in words: ``module.function(argument=value)``, also of a `functools.partial`."""
-    settings = []
+    settings: list[str] = []
     while isinstance(task, partial):
         settings = [*map(repr, task.args), *(f"{k}={v!r}" for k, v in task.keywords.items()), *settings]
         task = task.func
@@ -107,7 +111,14 @@ def task_name(task):
     return f"{name}({', '.join(settings)})" if settings else name
 
 
-def monte_carlo(task, runs, stream, *, seed=SEED, executor=None):
+def monte_carlo(
+    task: Callable[..., Mapping[str, Any]],
+    runs: int,
+    stream: Stream | str,
+    *,
+    seed: int = SEED,
+    executor: Executor | None = None,
+) -> Runs:
     """Run a task ``runs`` times and return its arrays, one row a run.
 
     Parameters
@@ -169,16 +180,16 @@ class Statistics:
 
     runs: int
     used: int
-    bias: np.ndarray
-    std: np.ndarray
-    kurtosis: np.ndarray
-    left_out: dict
+    bias: FloatArray
+    std: FloatArray
+    kurtosis: FloatArray
+    left_out: dict[str, int]
 
-    def bias_se(self, runs=None):
+    def bias_se(self, runs: int | None = None) -> FloatArray:
         """Standard error ``s / sqrt(n)`` of a bias from ``runs`` runs (default: those used)."""
         return self.std / np.sqrt(self.used if runs is None else runs)
 
-    def std_se(self, runs=None):
+    def std_se(self, runs: int | None = None) -> FloatArray:
         """Standard error of a standard deviation from ``runs`` runs (default: those used).
 
         ``s / 2 sqrt((kurtosis - (n - 3) / (n - 1)) / n)``; for a Gaussian ``s / sqrt(2 (n - 1))``.
@@ -187,7 +198,7 @@ class Statistics:
         return self.std / 2 * np.sqrt((self.kurtosis - (n - 3) / (n - 1)) / n)
 
 
-def statistics(errors, used=None):
+def statistics(errors: ArrayLike, used: ArrayLike | None = None) -> Statistics:
     """`Statistics` of errors over runs; a run that is left out is counted.
 
     Parameters

@@ -12,6 +12,9 @@ half of them agree on a target; this is the point of breakdown.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from . import status as words
@@ -19,13 +22,21 @@ from .bounds import factor
 from .charts import chart_of
 from .levenberg_marquardt import minimise_in_blocks
 from .losses import value_and_weight, without_wild
+from .scenario import Scenario
+from .types import FloatArray
 
 CLOSER = 100  # a robust step leaves a tenth or so of the way, not its square
 TRUSTED, EXPLAINED = 0.5, 0.85  # sums of weights over all measurements, and over those that look good
 FLAT = 1e-9  # as in `tmalib.batch`
 
 
-def fit_robustly(scenario, angles, settings, by_squares, look):
+def fit_robustly(
+    scenario: Scenario,
+    angles: FloatArray,
+    settings: tuple[Any, ...],
+    by_squares: Callable[..., Any],
+    look: Callable[..., None],
+) -> tuple[Any, ...]:
     """State, status, iterations and criterion of runs ``(runs, N)`` without a gap.
 
     Parameters
@@ -39,7 +50,7 @@ def fit_robustly(scenario, angles, settings, by_squares, look):
     look : callable
         ``look(run, found, tame)`` puts a lower minimum into the outcome of a run, if it finds one.
     """
-    finite, n = np.isfinite(angles).all(axis=1), len(scenario.coordinates)
+    finite, n = np.all(np.isfinite(angles), axis=1), len(scenario.coordinates)
     tame, wild = without_wild(scenario, np.where(finite[:, None], angles, 0.0))
     tame[~finite] = np.nan
     start, seen, *_ = by_squares(tame)

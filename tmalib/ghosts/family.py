@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..checks import check_is, check_scalar
 from ..motion import Target
+from ..scenario import Scenario
 
 # What is zero up to rounding, relative to the largest number that it comes from.
 ROUNDING = 1e-13
@@ -43,14 +44,14 @@ class Family:
     case: str
     source: str
     make: Callable[..., Target]
-    parameters: dict = field(default_factory=dict)
+    parameters: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
-    def is_isolated(self):
+    def is_isolated(self) -> bool:
         """Whether the family is a single target."""
         return not self.parameters
 
-    def target(self, **values):
+    def target(self, **values: float) -> Target:
         """The member with these parameters; `ValueError` for a missing, unknown or excluded value."""
         if set(values) != set(self.parameters):
             raise ValueError(
@@ -62,7 +63,7 @@ class Family:
         return self.make(**values)
 
 
-def check_tolerance(tolerance):
+def check_tolerance(tolerance: float) -> float:
     """``tolerance`` as a float; `ValueError` below what rounding allows and above what is still the same."""
     tolerance = check_scalar("tolerance", tolerance, minimum=LEAST)
     if tolerance > MOST:
@@ -70,14 +71,14 @@ def check_tolerance(tolerance):
     return tolerance
 
 
-def check_one_array(scenario):
+def check_one_array(scenario: Scenario) -> None:
     """`ValueError` for a sensor carried by another platform: the theorems are about one array."""
     others = [s.name for s in scenario.sensors if scenario.platform_of(s) is not scenario.platform]
     if others:
         raise ValueError(f"all sensors must be carried by the scenario's platform, not {others}")
 
 
-def verified(scenario, families, tolerance):
+def verified(scenario: Scenario, families: Sequence[Family], tolerance: float) -> list[Family]:
     """The same families, each member compared with the scenario's target when it is made.
 
     The cosines of the special target are the given one's within ``tolerance``, and so are those of its
@@ -106,11 +107,11 @@ def verified(scenario, families, tolerance):
     return [replace(family, make=checked(family.make)) for family in kept]
 
 
-def admissible(target, bottom_depth, deepest=None):
+def admissible(target: Target, bottom_depth: float, deepest: float | None = None) -> bool:
     """Whether a ghost could be a vehicle: ``0 <= z <= D``, and ``z <= zMax`` if ``deepest`` is given."""
     limit = check_scalar("bottom_depth", bottom_depth, above=0.0)
     if deepest is not None:
         limit = min(limit, check_scalar("deepest", deepest, minimum=0.0))
-    if check_is("target", target, Target).depth is None:
+    if (depth := check_is("target", target, Target).depth) is None:
         raise ValueError("target must have a depth, got None")
-    return 0 <= target.depth <= limit
+    return 0 <= depth <= limit

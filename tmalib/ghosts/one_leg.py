@@ -23,13 +23,14 @@ from __future__ import annotations
 import numpy as np
 
 from ..cones import DIRECT
+from ..scenario import Scenario
 from .family import TOLERANCE, Family, check_tolerance, verified
 from .leg import straight_leg
 
 ANY, POSITIVE = (-np.inf, np.inf), (0.0, np.inf)
 
 
-def ghosts_of_one_leg(scenario, *, tolerance=TOLERANCE):
+def ghosts_of_one_leg(scenario: Scenario, *, tolerance: float = TOLERANCE) -> list[Family]:
     """All targets with the same noise-free cosines of conical angles, seen from one straight leg.
 
     Parameters

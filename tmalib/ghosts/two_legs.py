@@ -24,13 +24,14 @@ from functools import partial
 
 import numpy as np
 
-from .family import ROUNDING, TOLERANCE, check_tolerance, verified
+from ..scenario import Scenario
+from .family import ROUNDING, TOLERANCE, Family, check_tolerance, verified
 from .turn import cross, turn_of
 
 ANY, POSITIVE = (-np.inf, np.inf), (0.0, np.inf)
 
 
-def ghosts_of_two_legs(scenario, *, tolerance=TOLERANCE):
+def ghosts_of_two_legs(scenario: Scenario, *, tolerance: float = TOLERANCE) -> list[Family]:
     """All targets with the same noise-free cosines of conical angles, seen along one ray from two legs.
 
     Parameters

@@ -6,13 +6,16 @@ and all code that the task uses (`tmalib.judging.code`): a stale one is never fo
 two chapters that want the same runs at the same time make them once.
 """
 
+from __future__ import annotations
+
 import fcntl
 import os
 import platform
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +25,7 @@ from .code import code_of_modules, hash_of
 SOURCES = "tmalib_sources"  # in the metadata of an output: what made the figure
 
 
-def numbers(prefix, **values):
+def numbers(prefix: str, **values: Any) -> Any:
     """Make numbers known to the sentences of the book, which show them by the role ``glue:text``.
 
     A number is PREFIX-NAME, where ``_`` becomes ``-``. Several under one name: a dict gives PREFIX-NAME-KEY,
@@ -49,7 +52,7 @@ def _flat(key, value):
         yield key, int(number) if number.is_integer() else number
 
 
-def show(*made_from):
+def show(*made_from: Runs | Stream) -> None:
     """Show the figure of a cell, and say from which `Runs` or `Stream` the random numbers in it are."""
     import matplotlib.pyplot as plt
     from IPython.display import display
@@ -59,7 +62,9 @@ def show(*made_from):
     plt.close("all")
 
 
-def stored_runs(task, runs, stream, *, seed=SEED):
+def stored_runs(
+    task: Callable[..., Mapping[str, Any]], runs: int, stream: Stream | str, *, seed: int = SEED
+) -> Runs:
     """`tmalib.monte_carlo`, from the store if the same code has made these runs before.
 
     The store is the folder that the environment names in ``TMALIB_RUNS``, as the Makefile does; without it
