@@ -60,7 +60,7 @@ def average_measurements(scenario: Scenario, angles: ArrayLike, together: int) -
         sensors.append(replace(sensor, times=times, sigma=_of_means(sensor, together)))
         first = angles[..., columns.start, None]
         offsets = sensor.model.residual(angles[..., columns], first)  # from the first, so that none wraps
-        means.append(first + offsets.reshape(*angles.shape[:-1], -1, together).mean(axis=-1))
+        means.append(first + offsets.reshape(*angles.shape[:-1], len(times), together).mean(axis=-1))
     return replace(scenario, sensors=sensors), np.concatenate(means, axis=-1)
 
 

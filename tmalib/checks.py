@@ -40,11 +40,12 @@ def check_scalar(name: str, value: Any, minimum: float | None = None, above: flo
     return number
 
 
-def check_count(name: str, value: Any) -> int:
-    """``value`` as a positive integer."""
+def check_count(name: str, value: Any, least: int = 1) -> int:
+    """``value`` as an integer, positive or, with ``least`` 0, not negative."""
     number = check_scalar(name, value)
-    if number != int(number) or number < 1:
-        raise ValueError(f"{name} must be a positive integer, got {value!r}")
+    if number != int(number) or number < least:
+        wanted = "a positive integer" if least else "an integer that is not negative"
+        raise ValueError(f"{name} must be {wanted}, got {value!r}")
     if number > MOST:
         raise ValueError(f"{name} must be at most {MOST}, got {value!r}")
     return int(number)

@@ -147,11 +147,11 @@ def monte_carlo(
     >>> found["heads"].shape, found.source.runs
     ((1000,), 1000)
     """
-    runs = check_count("runs", runs)
+    runs = check_count("runs", runs, least=0)
     if not callable(task):
         raise ValueError(f"task must be a function of a seed and a number of runs, got {short(task)}")
     stream = stream if isinstance(stream, Stream) else Stream(stream)
-    counts = [min(CHUNK, runs - first) for first in range(0, runs, CHUNK)]
+    counts = [min(CHUNK, runs - first) for first in range(0, runs, CHUNK)] or [0]
     seeds = [stream.chunk(k, seed) for k in range(len(counts))]
     parts = list((executor.map if executor else map)(task, seeds, counts))
     for part, count in zip(parts, counts, strict=True):

@@ -242,7 +242,7 @@ class Scenario:
         ``seed`` is anything that `numpy.random.default_rng` takes: an integer, a `SeedSequence`
         (see `tmalib.montecarlo.Stream`) or a generator.
         """
-        runs, exact = check_count("runs", runs), self._noise_free
+        runs, exact = check_count("runs", runs, least=0), self._noise_free
         noise = check_seed(seed).standard_normal((runs, len(self.times)))
         noise *= self.sigma
         noise += exact
