@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -34,7 +35,7 @@ class Family:
         Name of each free parameter to ``(low, high)``, its range; empty for an isolated ghost.
     make : callable
         ``make(**parameters)`` returns the `Target`, or raises `ValueError` if its cosines are not the given
-        target's within twice the tolerance of the search.
+        target's within twice the tolerance of the search. It can be pickled, and so can the family.
 
     Examples
     --------
@@ -85,26 +86,26 @@ def verified(scenario: Scenario, families: Sequence[Family], tolerance: float) -
     ghosts, but for a platform that is itself special within ``tolerance`` only: hence twice. A member that
     differs by more raises `ValueError`; an isolated one is no ghost, and left out.
     """
-    measured, bound = scenario.measure(), 2 * tolerance
+    bound = 2 * tolerance
+    kept = [f for f in families if f.parameters or _difference(scenario, f.make()) <= bound]
+    return [replace(family, make=partial(_compared, scenario, bound, family.make)) for family in kept]
 
-    def difference(target):
-        with np.errstate(invalid="ignore", divide="ignore"):
-            cosines = [s.model.observe(target, scenario.platform_of(s), s.times) for s in scenario.sensors]
-        change = np.abs(np.concatenate(cosines) - measured)
-        return np.inf if np.isnan(change).any() else change.max()
 
-    def checked(make):
-        def compared(**values):
-            target = make(**values)
-            change = difference(target)
-            if change > bound:
-                raise ValueError(f"the cosines of the member {values} differ by {change:.3g}, above {bound}")
-            return target
+def _compared(scenario, bound, make, **values):
+    """The member that ``make`` makes; `ValueError` if its cosines differ by more than the bound."""
+    target = make(**values)
+    change = _difference(scenario, target)
+    if change > bound:
+        raise ValueError(f"the cosines of the member {values} differ by {change:.3g}, above {bound}")
+    return target
 
-        return compared
 
-    kept = [f for f in families if f.parameters or difference(f.make()) <= bound]
-    return [replace(family, make=checked(family.make)) for family in kept]
+def _difference(scenario, target):
+    """Largest change of a cosine; infinite where a target has none."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        cosines = [s.model.observe(target, scenario.platform_of(s), s.times) for s in scenario.sensors]
+    change = np.abs(np.concatenate(cosines) - scenario.measure())
+    return np.inf if np.isnan(change).any() else change.max()
 
 
 def admissible(target: Target, bottom_depth: float, deepest: float | None = None) -> bool:
