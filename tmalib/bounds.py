@@ -18,10 +18,11 @@ from numpy.typing import ArrayLike
 from .checks import as_numbers, check_broadcast, check_count, check_is, check_probability
 from .scenario import Scenario
 from .types import FloatArray, IntArray
-from .uniform import POSITION, is_uniform, propagate
+from .uniform import POSITION, is_uniform, moving_pairs, propagate
 
 RANK_TOLERANCE = 1e-12  # singular value of the scaled Jacobian, relative to the largest
 CLOSE = 1e-6  # below this, rounding is looked at
+NEAR = 1e5  # metres
 SINGULAR = 1e-14  # eigenvalue of a correlation matrix, relative to the largest: rounding is 1 per cent
 
 
@@ -161,6 +162,18 @@ def information_rank(scenario: Scenario, state: ArrayLike | None = None) -> IntA
     `ValueError`.
     """
     return _factored(scenario, state).rank
+
+
+def brought_near(scenario: Scenario, state: FloatArray) -> FloatArray:
+    """States ``(runs, n)`` with those far away scaled towards the platform: out there all ranks are lost."""
+    if not is_uniform(scenario.coordinates):
+        return state
+    (places, speeds), state = moving_pairs(scenario.coordinates), state.copy()
+    here = scenario.platform.position_at(scenario.times[0])
+    away = state[:, places] - here
+    share = np.minimum(1, NEAR / np.maximum(NEAR, np.hypot(*away.T)))[:, None]
+    state[:, places], state[:, speeds] = here + share * away, share * state[:, speeds]
+    return state
 
 
 def _factored(scenario, state):

@@ -20,7 +20,7 @@ import numpy as np
 from . import status as words
 from .bounds import factor
 from .charts import chart_of
-from .levenberg_marquardt import minimise_in_blocks
+from .levenberg_marquardt import Settings, minimise_in_blocks
 from .losses import value_and_weight, without_wild
 from .scenario import Scenario
 from .types import FloatArray
@@ -33,7 +33,7 @@ FLAT = 1e-9  # as in `tmalib.batch`
 def fit_robustly(
     scenario: Scenario,
     angles: FloatArray,
-    settings: tuple[Any, ...],
+    settings: Settings,
     by_squares: Callable[..., Any],
     look: Callable[..., None],
 ) -> tuple[Any, ...]:
@@ -43,8 +43,8 @@ def fit_robustly(
     ----------
     scenario : Scenario
     angles : ndarray, shape (runs, N)
-    settings : tuple
-        Chart, safeguard, tolerance, most evaluations and the function of the loss.
+    settings : Settings
+        With a loss.
     by_squares : callable
         The four of a fit by squares, of measurements ``(runs, N)``.
     look : callable
@@ -54,7 +54,7 @@ def fit_robustly(
     tame, wild = without_wild(scenario, np.where(finite[:, None], angles, 0.0))
     tame[~finite] = np.nan
     start, seen, *_ = by_squares(tame)
-    found = minimise_in_blocks(scenario, angles, start, chart_of(scenario, settings[0]), *settings[1:])
+    found = minimise_in_blocks(scenario, angles, start, chart_of(scenario, settings.chart), *settings[1:])
     explained = _weights(scenario, angles, found.state).sum(axis=1) >= EXPLAINED * np.sum(~wild, axis=1)
     for run in np.flatnonzero(finite & ~(found.converged & explained)):
         look(run, found, tame)
