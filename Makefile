@@ -117,12 +117,13 @@ bench: $(ENV)  ## measure the estimators: speed, and fits without a start that a
 figures: claims  ## write every figure and table to figures/
 	rm -rf figures && cp -R build/figures figures
 
-lint: $(ENV)  ## style, notebooks without outputs, import directions, citation file, workflow
+lint: $(ENV)  ## style, notebooks without outputs, import directions, types, citation file, workflow
 	@echo "==> Lint"
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	find notebooks -name '*.ipynb' ! -path '*/.ipynb_checkpoints/*' -exec $(BIN)/nbstripout --verify {} +
 	$(BIN)/lint-imports --no-cache
+	$(BIN)/mypy --cache-dir build/mypy
 	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(BIN)/zizmor --offline --no-progress -qq .github/workflows

@@ -48,7 +48,7 @@ def test_what_is_in_it(wheel):
         for name in source
         if name.startswith("papers/") and name.endswith(("scenarios.py", "__init__.py"))
     }
-    assert names == numeric | papers | {"samples/bearings.csv", "samples/ownship.csv"}
+    assert names == numeric | papers | {"samples/bearings.csv", "samples/ownship.csv", "py.typed"}
 
 
 def test_it_works_alone(wheel):

@@ -15,12 +15,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .charts import ModifiedPolar, chart_of
 from .checks import as_numbers, check_is, check_probability, check_scalar
 from .estimate import Fit
 from .pieces import FARTHEST, STEP, PolarSearch, area_of
 from .profile import criterion_at
+from .scenario import Scenario
+from .types import BoolArray, FloatArray
 from .uniform import moving_pairs
 
 NEAREST = 100.0  # metres
@@ -55,20 +58,20 @@ class Region:
     probability: float
     level: float
     cost: float
-    boundary: tuple
-    ranges: np.ndarray
+    boundary: tuple[FloatArray, ...]
+    ranges: FloatArray
     bounded: bool
     area: float
-    scenario: object
-    measured: np.ndarray
-    states: np.ndarray  # fitted states of the pieces, from which `profile` starts
+    scenario: Scenario
+    measured: FloatArray
+    states: FloatArray  # fitted states of the pieces, from which `profile` starts
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         to = [f"{far:.0f} m" if far < FARTHEST else "infinity" for far in self.ranges[:, 1]]
         pieces = [f"{near:.0f} m to {end}" for near, end in zip(self.ranges[:, 0], to, strict=True)]
         return f"Region({self.probability:g}; {', '.join(pieces)} from the platform)"
 
-    def profile(self, points):
+    def profile(self, points: ArrayLike) -> FloatArray:
         """The profile ``D (...)`` at positions ``points (..., 2)``; infinite where nothing is predicted.
 
         It is counted from ``cost``. `ValueError` for points of another shape.
@@ -81,12 +84,12 @@ class Region:
         _, cost = criterion_at(self.scenario, self.measured, self.states[np.argmin(away, axis=1)], flat)
         return (cost - self.cost).reshape(points.shape[:-1])[()]
 
-    def contains(self, points):
+    def contains(self, points: ArrayLike) -> BoolArray:
         """Whether positions ``points (..., 2)`` are in the region, by their profile, ``(...)``."""
         return self.profile(points) <= self.level
 
 
-def confidence_region(fit, probability=0.9, nearest=None):
+def confidence_region(fit: Fit, probability: float = 0.9, nearest: float | None = None) -> Region:
     """Region of the positions at the reference time that the measurements of one run allow.
 
     Parameters

@@ -50,7 +50,7 @@ def test_a_varied_depth_is_a_mixture_of_fixed_ones():
 
 
 def test_chi_square_of_gaussian_errors_by_the_closed_form():
-    """Their sample deviations have the covariance ``c^2 / (2 s_i s_j n)``, means ``c / n``, independent of them."""
+    """Their sample deviations have the covariance ``c^2 / (2 s_i s_j n)``, means ``c / n``."""
     std = np.array([400.0, 250.0, 1.2, 2.4])
     signs = np.array([1, 1, -1, -1])
     covariance = 0.85 * np.outer(signs * std, signs * std) + 0.15 * np.diag(std**2)

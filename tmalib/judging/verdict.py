@@ -8,15 +8,20 @@ are compared, cell by cell and all together, with experiments of the paper's siz
 have been found, or ours are fewer runs than the paper's.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from decimal import Decimal, InvalidOperation
 from statistics import NormalDist
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..checks import check_scalar, set_fields
-from ..montecarlo import Source
-from .paper import Printed
+from ..montecarlo import Runs, Source, Stream
+from .paper import Paper, Printed
 from .vector import ALPHA, Comparison, draw_tables, statistic_of
 
 MISFIT = "alone it agrees, with the other numbers of its table it does not"
@@ -36,20 +41,21 @@ SYMBOLS |= {MOSTLY: "●", DEPENDS: "◐", RARELY: "○"}
 FEW, MOST = 0.25, 0.75  # of the plausible scenarios
 
 
-def within(value, at_least=None, at_most=None):
+def within(value: ArrayLike, at_least: float | None = None, at_most: float | None = None) -> Any:
     """Whether a value, or each of an array, is between its limits; NaN is not."""
     value = np.asarray(value, dtype=float)
     return np.clip(value, at_least, at_most) == value
 
 
-def share_interval(held, scenarios):
+def share_interval(held: int, scenarios: int) -> tuple[float, float]:
     """Interval of Clopper and Pearson, level ``1 - ALPHA``, for a share seen as ``held`` of ``scenarios``."""
     from scipy.stats import binomtest  # imported here: it costs half a second
 
-    return tuple(map(float, binomtest(held, scenarios).proportion_ci(1 - ALPHA, method="exact")))
+    low, high = binomtest(held, scenarios).proportion_ci(1 - ALPHA, method="exact")
+    return float(low), float(high)
 
 
-def share_word(held, scenarios):
+def share_word(held: int, scenarios: int) -> str:
     """The verdict on a phrase that holds in so many plausible scenarios: the interval decides."""
     low, high = share_interval(held, scenarios)
     return MOSTLY if low > MOST else RARELY if high < FEW else DEPENDS
@@ -65,19 +71,21 @@ class Ours:
     note: str = ""
     at_least: float | None = None
     at_most: float | None = None
-    among: tuple | None = None  # plausible scenarios in which a phrase holds, and how many there are
+    among: tuple[int, int] | None = None  # plausible scenarios in which a phrase holds, and how many
     runs: np.ndarray | None = field(default=None, compare=False, repr=False)  # one number a run, (N,)
     statistic: str = ""  # of the runs: what the paper prints of them
     weights: np.ndarray | None = field(default=None, compare=False, repr=False)  # of the runs
 
     @property
-    def criterion(self):
+    def criterion(self) -> str:
         """The limits in words; empty where there are none."""
         limits = (("at least", self.at_least), ("at most", self.at_most))
         return " and ".join(f"{word} {limit:g}" for word, limit in limits if limit is not None)
 
 
-def of_runs(runs, statistic="mean", *, weights=None, **more):
+def of_runs(
+    runs: ArrayLike, statistic: str = "mean", *, weights: ArrayLike | None = None, **more: Any
+) -> Ours:
     """`Ours` for a statistic over runs ``(N,)``; ``more`` are other fields of `Ours`.
 
     ``statistic`` is ``"mean"``, its ``"magnitude"`` or ``"std"``; ``weights`` as in `vector.draw_tables`.
@@ -105,11 +113,11 @@ class Claim(Printed):
     verdict: str
     erratum: str
     note: str
-    sources: tuple = ()  # of the Monte-Carlo runs behind ours
+    sources: tuple[Source, ...] = ()  # of the Monte-Carlo runs behind ours
     notebook: str = ""  # where it was computed; filled in when it is read
     cell: int = -1
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         sources = (source if isinstance(source, Source) else Source(**source) for source in self.sources)
         pairs = dict(accepted=tuple(self.accepted), detectable=tuple(self.detectable))
         set_fields(self, sources=tuple(sources), **pairs)
@@ -127,13 +135,15 @@ class Claim(Printed):
         """The deviation that is questioned where the statistic is Gaussian."""
         return NormalDist().inv_cdf(1 - self.level / 2)
 
-    def __str__(self):
+    def __str__(self) -> str:
         tested = "" if self.probability is None else f", probability {self.probability:.2g}"
         ours = same_digits(self.ours, self.printed)
         return f"{' | '.join(self.key)}: printed {self.printed}, ours {ours}{tested}, {self.verdict}"
 
 
-def judge(paper, table, ours, *, made_from=()):
+def judge(
+    paper: Paper, table: str, ours: Mapping[tuple[str, str], Ours], *, made_from: Iterable[Runs | Stream] = ()
+) -> Verdicts:
     """`Verdicts` on rows of a table of a `Paper`; ``ours`` maps ``(row, column)`` to `Ours`.
 
     All Monte-Carlo rows of the table belong in one call: they are the family over which the level `ALPHA`,
@@ -145,7 +155,7 @@ def judge(paper, table, ours, *, made_from=()):
     return judge_rows([(paper.printed(table, *key), ours[key]) for key in ours], made_from=made_from)
 
 
-def judge_rows(rows, *, made_from=()):
+def judge_rows(rows: Iterable[tuple[Printed, Ours]], *, made_from: Iterable[Runs | Stream] = ()) -> Verdicts:
     """Judge pairs of `Printed` and `Ours`, one table, like `judge`; the printed values may be simulated."""
     if not (rows := list(rows)):
         raise ValueError("nothing to judge: ours is empty")
@@ -238,23 +248,23 @@ class Verdicts:
     ``found`` is the `vector.Comparison` of its Monte-Carlo rows, None without any.
     """
 
-    claims: tuple
+    claims: tuple[Claim, ...]
     found: Comparison | None = None
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Claim]:
         return iter(self.claims)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.claims)
 
-    def of(self, row, column):
+    def of(self, row: str, column: str) -> Claim:
         """The claim on one row."""
         found = {(claim.row, claim.column): claim for claim in self.claims}
         if (row, column) not in found:
             raise ValueError(f"no claim on row {row!r}, column {column!r} was judged here")
         return found[row, column]
 
-    def count(self, *verdicts):
+    def count(self, *verdicts: str) -> int:
         """How many rows have one of these verdicts."""
         return sum(claim.verdict in verdicts for claim in self.claims)
 
@@ -263,13 +273,13 @@ class Verdicts:
         return {"text/plain": text, CLAIMS: [asdict(claim) for claim in self.claims]}
 
 
-def same_digits(value, like):
+def same_digits(value: float, like: str) -> str:
     """``value`` with as many digits as the printed number ``like``; three significant ones for a phrase."""
     try:
         printed = Decimal(like).as_tuple()
     except InvalidOperation:
         return f"{value:.3g}"
     if "e" not in like.lower():
-        return f"{value:.{-printed.exponent}f}"
+        return f"{value:.{-int(printed.exponent)}f}"
     mantissa, exponent = f"{value:.{len(printed.digits) - 1}e}".split("e")
     return f"{mantissa}e{int(exponent)}"

@@ -21,10 +21,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..bounds import crlb, whitened_jacobian
 from ..checks import as_numbers, check_is, check_scalar
 from ..scenario import Scenario
+from ..types import FloatArray
 from ..uniform import transition
 
 
@@ -40,10 +42,10 @@ class Response:
         ``A``: shift of the state for a displacement of one metre along ``U_k``.
     """
 
-    direction: np.ndarray
-    gain: np.ndarray
+    direction: FloatArray
+    gain: FloatArray
 
-    def along(self, displacement):
+    def along(self, displacement: ArrayLike) -> FloatArray:
         """``v_k = <H_k, U_k>`` of displacements ``(..., N, 2)``, shape ``(..., N)``, in metres."""
         displacement = as_numbers("displacement", displacement)
         if displacement.shape[-2:] != self.direction.shape:
@@ -51,19 +53,19 @@ class Response:
             raise ValueError(f"displacement must have shape (..., {wanted}), got {displacement.shape}")
         return np.vecdot(displacement, self.direction)
 
-    def displacement(self, along):
+    def displacement(self, along: ArrayLike) -> FloatArray:
         """The shortest displacement ``(..., N, 2)`` with given ``v_k``, shape ``(..., N)``."""
         return as_numbers("along", along)[..., None] * self.direction
 
 
-def position_places(scenario):
+def position_places(scenario: Scenario) -> list[int]:
     """Places of x and y in the state; `ValueError` where it has none."""
     if not {"x", "y"} <= set(scenario.coordinates):
         raise ValueError(f"a displacement needs a state with x and y, got {scenario.coordinates}")
     return [scenario.coordinates.index(name) for name in ("x", "y")]
 
 
-def check_one_state(scenario, state):
+def check_one_state(scenario: Scenario, state: ArrayLike | None) -> FloatArray:
     """The state about which to linearise: one, not a batch."""
     check_is("scenario", scenario, Scenario)
     state = scenario.check_state(scenario.state if state is None else state)
@@ -72,7 +74,7 @@ def check_one_state(scenario, state):
     return state
 
 
-def response(scenario, state=None):
+def response(scenario: Scenario, state: ArrayLike | None = None) -> Response:
     """The `Response` of the batch estimate about a motion of the model.
 
     Parameters
@@ -100,7 +102,7 @@ def response(scenario, state=None):
     return Response(position / length[:, None], crlb(scenario, state) @ jacobian.T * length)
 
 
-def differential(scenario, displacement, state=None):
+def differential(scenario: Scenario, displacement: ArrayLike, state: ArrayLike | None = None) -> FloatArray:
     """First-order shift of the batch estimate for a displacement of the target.
 
     Parameters
@@ -123,12 +125,16 @@ def differential(scenario, displacement, state=None):
     return map_.along(displacement) @ map_.gain.T
 
 
-def displaced_measurements(scenario, displacement, state=None):
+def displaced_measurements(
+    scenario: Scenario, displacement: ArrayLike, state: ArrayLike | None = None
+) -> FloatArray:
     """Noise-free measurements of ``X_theta + H``, shape ``(..., N)``; exact, not a development."""
     return displaced(scenario, displacement, check_one_state(scenario, state))[0]
 
 
-def displaced(scenario, displacement, state):
+def displaced(
+    scenario: Scenario, displacement: ArrayLike, state: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Measurements of ``X_theta + H`` and their gradient ``p_k`` there, ``(..., N)`` and ``(..., N, 2)``."""
     displacement = as_numbers("displacement", displacement)
     count = len(scenario.times)
@@ -146,13 +152,13 @@ def displaced(scenario, displacement, state):
     return np.concatenate(values, axis=-1), np.concatenate(gradients, axis=-2)
 
 
-def position_criterion(scenario, time):
+def position_criterion(scenario: Scenario, time: float) -> FloatArray:
     """The criterion "position at a time": the matrix ``C``, shape ``(2, n)``, in metres."""
     elapsed = check_scalar("time", time) - check_is("scenario", scenario, Scenario).reference_time
     return transition(elapsed, scenario.coordinates)[position_places(scenario)]
 
 
-def check_criterion(scenario, criterion):
+def check_criterion(scenario: Scenario, criterion: ArrayLike | None) -> FloatArray:
     """``C`` as a float matrix ``(m, n)``; the identity, the paper's parameter norm, for None."""
     n = len(check_is("scenario", scenario, Scenario).coordinates)
     criterion = np.eye(n) if criterion is None else as_numbers("criterion", criterion)
@@ -175,12 +181,12 @@ class Modes:
         Rows: the shifts ``D_i = C A f_i``; orthogonal, of length ``sqrt(mu_i)``.
     """
 
-    mu: np.ndarray
-    f: np.ndarray
-    d: np.ndarray
+    mu: FloatArray
+    f: FloatArray
+    d: FloatArray
 
 
-def modes(scenario, state=None, criterion=None):
+def modes(scenario: Scenario, state: ArrayLike | None = None, criterion: ArrayLike | None = None) -> Modes:
     """The displacements to which a criterion of the batch estimate responds, and how much.
 
     Parameters
@@ -203,13 +209,15 @@ def modes(scenario, state=None, criterion=None):
     return modes_of(check_criterion(scenario, criterion) @ response(scenario, state).gain)
 
 
-def modes_of(gain):
+def modes_of(gain: FloatArray) -> Modes:
     """`Modes` of a criterion's gain ``C A``, shape ``(m, N)``."""
     left, singular, right = np.linalg.svd(gain, full_matrices=False)
     return Modes(singular**2, right, (left * singular).T)
 
 
-def sandwich_covariance(scenario, measured, state, step=1e-4):
+def sandwich_covariance(
+    scenario: Scenario, measured: ArrayLike, state: ArrayLike, step: float = 1e-4
+) -> FloatArray:
     """Covariance of the batch estimate when the model may be wrong.
 
     With ``J`` half the Hessian of the criterion, second derivatives of the model included, and the Fisher
@@ -241,13 +249,13 @@ def sandwich_covariance(scenario, measured, state, step=1e-4):
     state = check_one_state(scenario, state)
     measured = scenario.check_measurements(measured)
     bound = crlb(scenario, state)
-    step = check_scalar("step", step, above=0.0) * np.sqrt(np.diagonal(bound))
-    around = state + np.concatenate([np.diag(step), -np.diag(step)])
+    steps = check_scalar("step", step, above=0.0) * np.sqrt(np.diagonal(bound))
+    around = state + np.concatenate([np.diag(steps), -np.diag(steps)])
     value, gradient = scenario.linearise(around)
     weighted = scenario.residual(measured, value) / scenario.sigma**2
     slope = np.einsum("sk,skn->sn", weighted, gradient)  # minus half the gradient of the criterion
     n = len(state)
-    hessian = -(slope[:n] - slope[n:]) / (2 * step[:, None])
+    hessian = -(slope[:n] - slope[n:]) / (2 * steps[:, None])
     hessian = (hessian + hessian.T) / 2
     root = np.linalg.solve(hessian, whitened_jacobian(scenario, state).T)
     return root @ root.T
