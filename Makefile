@@ -128,8 +128,8 @@ lint: $(ENV)  ## style, notebooks without outputs, import directions, types, cit
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(BIN)/zizmor --offline --no-progress -qq .github/workflows
 
-reseed: claims  ## judge with other seeds, and list the verdicts that change (an hour; SEEDS="1 2")
-	$(BIN)/python tools/reseed.py $(SEEDS)
+reseed: claims  ## judge with other seeds, and list the verdicts that change (SEEDS="1 2")
+	$(BIN)/python tools/reseed.py $(SEEDS) $(CHAPTERS)
 
 serve:  ## show the built book at http://localhost:8000
 	$(PYTHON) -m http.server --directory build/html 8000

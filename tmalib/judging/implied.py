@@ -1,7 +1,7 @@
 """Printed numbers against one another: what some of them imply for another, without any simulation.
 
 A printed number stands for everything within one unit of its last digit (rounded or cut off, nobody knows),
-so that what a formula makes of some is an interval, and so is what is printed. They agree if they overlap.
+so that what a formula makes of some is an interval, and so is what is printed. They agree if the two overlap.
 """
 
 import math
@@ -50,3 +50,21 @@ def implied(formula, *given):
     sides = [(interval.low, interval.high) for interval in map(stands_for, given)]
     values = [formula(*corner) for corner in product(*sides)]
     return Interval(float(min(values)), float(max(values)))
+
+
+@dataclass(frozen=True)
+class Check:
+    """What some printed numbers imply for another, and what is printed."""
+
+    what: str
+    implied: Interval
+    printed: Interval
+
+    @property
+    def holds(self):
+        """Whether a number can be in both."""
+        return self.implied.overlaps(self.printed)
+
+    def __str__(self):
+        word = "holds" if self.holds else "FAILS"
+        return f"{word}  {self.what:60s} {self.implied!s:>24s}   printed {self.printed}"

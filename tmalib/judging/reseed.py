@@ -12,7 +12,7 @@ from pathlib import Path
 from .chapters import read, write
 from .collect import claims_in
 
-COLUMNS = ("seed", "paper", "table", "row", "column", "verdict", "with this seed", "probability")
+COLUMNS = ("seed", "on", "chapters", "verdicts", "changed", "which")
 
 
 def random_chapters(claims):
@@ -34,19 +34,18 @@ def claims_with_seed(path, name, seed, executed):
     return claims_in(name, notebook)
 
 
-def changes(seed, before, after):
-    """Rows of `COLUMNS`: claims whose verdict is another with the seed, or that are missing."""
-    found, rows = {claim.key: claim for claim in after}, []
+def changes(before, after):
+    """In words, claims whose verdict is another, or that are missing."""
+    found, words = {claim.key: claim for claim in after}, []
     for old in before:
         new = found.get(old.key)
         if new is None or new.verdict != old.verdict:
-            verdict, probability = ("missing", None) if new is None else (new.verdict, new.probability)
-            shown = "" if probability is None else f"{probability:.2g}"
-            rows.append((seed, *old.key, old.verdict, verdict, shown))
-    return rows
+            now = "missing" if new is None else new.verdict
+            words.append(f"{' '.join(old.key[1:])}: {old.verdict}, here {now}")
+    return words
 
 
-def write_changes(path, rows):
-    """Write them as CSV."""
+def write_seeds(path, rows):
+    """Write rows of `COLUMNS`, one a seed, as CSV."""
     with Path(path).open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows([COLUMNS, *rows])
