@@ -3,7 +3,8 @@
 Usage: reseed.py SEED... [CHAPTER...], from the root of the repository, after `make claims`
 
 Executes the chapters, by default all whose claims rest on random numbers, once for each seed, into
-build/reseed/SEED, and writes which verdicts change to book/verdicts/other_seeds.csv, a line a seed.
+build/reseed/SEED, and writes which verdicts change to book/verdicts/other_seeds.csv, a line a seed. Lines of
+other seeds stay.
 """
 
 import sys
@@ -17,7 +18,7 @@ OUT, TABLE = Path("build/reseed"), Path("book/verdicts/other_seeds.csv")
 
 def main(seeds: list[int], names: list[str]) -> None:
     claims = collect.read_claims("build/claims.json")
-    names, rows = names or reseed.random_chapters(claims), []
+    names = names or reseed.random_chapters(claims)
     for seed in seeds:
         words, count = [], 0
         for name in names:
@@ -28,8 +29,7 @@ def main(seeds: list[int], names: list[str]) -> None:
             words, count = words + found, count + len(before)
             print(f"seed {seed}, {name}: {len(found)} of {len(before)} verdicts change", *found, sep="\n  ")
         on = date.today().isoformat()
-        rows.append((seed, on, len(names), count, len(words), "; ".join(words)))
-        reseed.write_seeds(TABLE, rows)
+        reseed.add_seed(TABLE, (seed, on, len(names), count, len(words), "; ".join(words)))
 
 
 if __name__ == "__main__":

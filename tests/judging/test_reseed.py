@@ -66,7 +66,8 @@ def test_a_notebook_is_executed_to_its_end_with_the_seed(tmp_path):
     assert (tmp_path / "out/a.ipynb").is_file()
     (word,) = reseed.changes(made, [found])
     assert word.endswith("here v")
-    reseed.write_seeds(tmp_path / "x.csv", [(23, "today", 1, 1, 1, word)])
-    head, line = (tmp_path / "x.csv").read_text().splitlines()
+    for row in ((31, "then", 1, 1, 0, ""), (23, "then", 1, 1, 0, ""), (23, "today", 1, 1, 1, word)):
+        reseed.add_seed(tmp_path / "x.csv", row)
+    head, *lines = (tmp_path / "x.csv").read_text().splitlines()
     assert head == ",".join(reseed.COLUMNS)
-    assert line.startswith("23,today,1,1,1,")
+    assert [line[:8] for line in lines] == ["23,today", "31,then,"]

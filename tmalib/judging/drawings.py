@@ -76,7 +76,7 @@ def draw_tables(ax, claims, papers):
     ax.set_xscale("log")
     ax.set(xlim=(1.3, RARE), ylim=(place - 0.3, -0.7))
     ax.set_xlabel("Two-sided probability of the printed value")
-    ax.legend(handles=shown.values(), loc="lower right", fontsize=8, frameon=True)
+    ax.legend(handles=shown.values(), loc="lower left", bbox_to_anchor=(1.0, -0.02), fontsize=8)
 
 
 def draw_counts(ax, claims):
@@ -87,7 +87,7 @@ def draw_counts(ax, claims):
     ax.stairs(np.histogram(judged, TENTHS)[0], TENTHS, fill=True, label="counted", **look)
     ax.axhline(expected, color="black", linewidth=1.4, label="expected if every number were right")
     ax.set(xlim=(1, 0), xlabel="Two-sided probability of the printed value", ylabel="Numbers")
-    ax.legend(loc="upper left", fontsize=8)
+    ax.legend(loc="upper center", fontsize=8)
 
 
 def draw_probabilities(claims, papers):

@@ -45,7 +45,12 @@ def changes(before, after):
     return words
 
 
-def write_seeds(path, rows):
-    """Write rows of `COLUMNS`, one a seed, as CSV."""
-    with Path(path).open("w", newline="", encoding="utf-8") as file:
+def add_seed(path, row):
+    """Write a row of `COLUMNS` into a CSV file; one with the same seed makes room for it."""
+    path, kept = Path(path), []
+    if path.is_file():
+        with path.open(newline="", encoding="utf-8") as file:
+            kept = [old for old in list(csv.reader(file))[1:] if old[0] != str(row[0])]
+    rows = sorted([*kept, list(map(str, row))], key=lambda row: int(row[0]))
+    with path.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows([COLUMNS, *rows])
