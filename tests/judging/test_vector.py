@@ -190,6 +190,26 @@ def test_what_is_accepted_ends_where_the_probability_reaches_the_level():
         assert np.all(outside <= level)
 
 
+def test_at_the_limit_our_own_runs_decide():
+    """Of a Gaussian mean: a printed value at the limit is on either side with other runs of ours, one three of
+    their standard errors away is not."""
+    rng = np.random.default_rng(8)
+    error = np.sqrt(1 / SIZE + 1 / 20_000)
+    own, limit = np.sqrt(1 / 20_000), norm.ppf(1 - ALPHA / 2) * error
+    places, sides, near = (limit, limit + 3 * own, limit - 3 * own), [], []
+    for _ in range(40):
+        tables = draw_tables(rng.standard_normal((20_000, 1)), ["mean"], SIZE, experiments=4000)
+        found = [tables.compare([place], [1e-9]) for place in places]
+        sides.append([bool(one.alone[0]) for one in found])
+        near.append([bool(one.at_limit[0]) for one in found])
+    share, flagged = np.mean(sides, axis=0), np.mean(near, axis=0)
+    assert 0.2 < share[0] < 0.8
+    assert share[1] > 0.97
+    assert share[2] < 0.03
+    assert flagged[0] > 0.85, "two of them"
+    assert np.all(flagged[1:] < 0.4), "it is one of them off itself"
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

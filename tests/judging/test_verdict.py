@@ -102,6 +102,11 @@ def test_monte_carlo_verdicts():
     assert judged_spread(printed, runs=400).verdict == judging.INCONCLUSIVE, "fewer than the paper's"
     assert judged_spread(printed, heavy=30).verdict == judging.INCONCLUSIVE, "a few runs decide"
     assert judged_spread(printed).deviation == 0.0
+    low, high = judged_spread(printed).accepted
+    for end in (low, high):  # the printed value is as far from ours as the limit is
+        at_limit = judged_spread(printed * printed / end)
+        assert at_limit.verdict == judging.INCONCLUSIVE
+        assert at_limit.note == module.AT_LIMIT
 
 
 def test_a_row_that_fails_with_the_others_only_says_so():

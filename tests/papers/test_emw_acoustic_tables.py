@@ -62,8 +62,9 @@ def test_least_probability_leaves_out_the_rejected():
 
 
 def test_rare_runs_come_in_with_their_share():
-    usual = {"mle": np.zeros((1000, 4)), "ekf": np.ones((1000, 4))}
-    rare = tables.RareRuns(np.full((2, 4), 5.0), np.full((2, 4), 7.0), 1_000_000)
+    usual = {"mle": np.zeros((1001, 4)), "ekf": np.ones((1001, 4))}
+    usual["ekf"][3] = -6.5  # one of the kind, which says nothing of how often it is
+    rare = tables.RareRuns(np.full((2, 4), 5.0), np.full((2, 4), 7.0), 1_000_000, beyond=6.0)
     mle, ekf, weights = rare.among(usual)
     assert mle.shape == ekf.shape == (1002, 4)
     assert weights.sum() == pytest.approx(1)

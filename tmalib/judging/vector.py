@@ -13,7 +13,8 @@ least, as large as the printed value. The table has one: the share of experiment
 least as far out, in the norm of their correlation matrix. A printed value stands for everything within one
 unit of its last digit, rounded or cut off, and the most favourable point counts. The levels come from the
 experiments themselves: one in twenty of them has a cell at or below ``level`` or is at or below
-``level_together`` as a whole, and both are equally frequent.
+``level_together`` as a whole, and both are equally frequent. Where our own runs, moved by two of their
+standard errors, could have put a cell on the other side of its level, it is *at the limit*.
 """
 
 from dataclasses import dataclass
@@ -111,7 +112,8 @@ def draw_tables(runs, statistics, size, *, weights=None, experiments=EXPERIMENTS
     pairs = zip(statistics, (centre + mean).T, std.T, strict=True)
     drawn = np.stack([STATISTICS[name](*pair) for name, *pair in pairs], axis=1)
     columns = zip(runs.T, statistics, strict=True)
-    return RandomTables(drawn, np.array([statistic_of(*column, weights) for column in columns]))
+    values = np.array([statistic_of(*column, weights) for column in columns])
+    return RandomTables(drawn, values, float(np.sqrt(k / ours)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +127,10 @@ class Comparison:
     alone : ndarray of bool
         Cells whose own probability is at or below the level.
     misfit : ndarray of bool
-        Where the other cells fail together: those that have to be left out, the worst fit first, until the
-        rest agrees.
+        Where the cells that do not fail clearly by themselves fail together: those that have to be left out,
+        the worst fit first, until the rest agrees.
+    at_limit : ndarray of bool
+        Of the others, cells so near the level that our own runs could have decided otherwise.
     spread : ndarray
         Root mean square distance of an experiment from ours: the standard error of the printed value.
     accepted : ndarray
@@ -142,6 +146,7 @@ class Comparison:
     level_together: float
     alone: np.ndarray
     misfit: np.ndarray
+    at_limit: np.ndarray
     spread: np.ndarray
     accepted: np.ndarray
     detectable: np.ndarray
@@ -156,11 +161,13 @@ class Comparison:
 class RandomTables:
     """Tables that could have been printed if every number is right.
 
-    ``drawn``, ``(experiments, m)``, and what all our runs give, ``ours``, ``(m,)``.
+    ``drawn``, ``(experiments, m)``, what all our runs give, ``ours``, ``(m,)``, and ``own``, our standard
+    error over that of an experiment.
     """
 
     drawn: np.ndarray
     ours: np.ndarray
+    own: float
 
     @cached_property
     def ordered(self):
@@ -222,16 +229,18 @@ class RandomTables:
         printed, unit = as_numbers("printed", printed), as_numbers("unit", unit)
         probability, (level, level_together) = self.probability(printed, unit), self.levels
         scores = ndtri((self._range(printed, unit) + 0.5) / (len(self.drawn) + 1))
-        alone, cells = probability <= level, np.arange(len(probability))
-        together, rest = self._together(scores, cells), cells[~alone]
+        beyond = ndtri(1 - probability / 2) - ndtri(1 - level / 2)
+        cells, near = np.arange(len(probability)), np.abs(beyond) <= 2 * self.own
+        clear = (beyond > 0) & ~near
+        together, rest = self._together(scores, cells), cells[~clear]
         while len(rest) > 1 and self._together(scores, rest) <= level_together:
             without = [rest[rest != cell] for cell in rest]
             rest = min(without, key=lambda others: self._distance(scores, others))
-        misfit = ~alone & ~np.isin(cells, rest)
+        misfit = ~clear & ~np.isin(cells, rest)
         spread, accepted = np.sqrt(np.mean((self.drawn - self.ours) ** 2, axis=0)), self._accepted(unit)
         levels = (level, level_together)
-        found = (alone, misfit, spread, accepted, self._detectable(accepted, unit))
-        return Comparison(probability, together, *levels, *found)
+        found = (probability <= level, misfit, near & ~misfit, spread, accepted)
+        return Comparison(probability, together, *levels, *found, self._detectable(accepted, unit))
 
     def _accepted(self, unit):
         count, (level, _) = len(self.drawn), self.levels

@@ -35,7 +35,7 @@ def rare_runs():
     """The runs of `FOUND`, both estimators, as `tables.RareRuns`."""
     made = [(experiments.both_estimators(STREAM.chunk(chunk, SEED), CHUNK, 6), row) for chunk, row in FOUND]
     mle, ekf = (np.array([found[name][row] for found, row in made]) for name in ("mle", "ekf"))
-    return tables.RareRuns(mle, ekf, SEARCHED * CHUNK)
+    return tables.RareRuns(mle, ekf, SEARCHED * CHUNK, FAR)
 
 
 def errors_again(where):

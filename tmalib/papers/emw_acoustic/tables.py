@@ -18,19 +18,27 @@ ROWS = ("xT", "yT", "vxT", "vyT")
 
 @dataclass(frozen=True, eq=False)
 class RareRuns:
-    """Runs of a rare kind, looked for among ``searched`` runs: errors ``mle`` and ``ekf``, ``(k, 4)``."""
+    """Runs of a rare kind, looked for among ``searched`` runs: errors ``mle`` and ``ekf``, ``(k, 4)``.
+
+    Of this kind is a run whose error of the EKF in x is larger than ``beyond``, in metres.
+    """
 
     mle: np.ndarray
     ekf: np.ndarray
     searched: int
+    beyond: float
 
     def among(self, results):
-        """Errors of both estimators in ``results`` and in these runs, and the probability of each run."""
-        usual, rare = len(results["ekf"]), len(self.ekf)
-        share = rare / self.searched
-        weights = np.repeat([(1 - share) / usual, 1 / self.searched], [usual, rare])
-        both = (np.concatenate([results["mle"], self.mle]), np.concatenate([results["ekf"], self.ekf]))
-        return *both, weights
+        """Errors of both estimators in ``results`` and in these runs, and the probability of each run.
+
+        A run of the kind in ``results`` makes room for these, which say better how often it is.
+        """
+        usual = np.abs(results["ekf"][:, 0]) <= self.beyond
+        share = len(self.ekf) / self.searched
+        numbers = [usual.sum(), len(self.ekf)]
+        weights = np.repeat([(1 - share) / usual.sum(), 1 / self.searched], numbers)
+        pairs = ((results[name][usual], getattr(self, name)) for name in ("mle", "ekf"))
+        return *map(np.concatenate, pairs), weights
 
 
 def ours_of_scenario(number, results, rare=None):
