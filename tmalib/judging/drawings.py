@@ -31,8 +31,7 @@ def counts(claims):
     tested = [c for c in claims if c.probability is not None]
     judged = [c for c in tested if c.verdict != UNSPECIFIED]
     far = [c for c in judged if c.verdict == NOT_REPRODUCED]
-    near = [c for c in judged if c.verdict != NOT_REPRODUCED]
-    alone = [c for c in far if c.probability <= c.level]
+    near = [c for c in judged if c.verdict in (REPRODUCED, CORRECTED)]
     together = {c.key[:2]: c.together <= c.level_together for c in judged}
     return {
         "rows": len(judged),
@@ -40,10 +39,9 @@ def counts(claims):
         "assumed": len(tested) - len(judged),
         "far": len(far),
         "far-tables": len({c.key[:2] for c in far}),
-        "far-alone": len(alone),
-        "far-together": len(far) - len(alone),
-        "together": sum(together.values()),
         "largest": max((c.deviation for c in judged), default=0.0),
+        "unsure": len(judged) - len(far) - len(near),
+        "together": sum(together.values()),
         "near": len(near),
         "below": sum(c.probability < 0.05 for c in near),
         "below-expected": 0.05 * len(near),

@@ -127,8 +127,9 @@ class Comparison:
     alone : ndarray of bool
         Cells whose own probability is at or below the level.
     misfit : ndarray of bool
-        Where the cells that do not fail clearly by themselves fail together: those that have to be left out,
-        the worst fit first, until the rest agrees.
+        Where the cells that do not fail clearly by themselves fail together: those that have to be left out
+        until the rest agrees, first the ones at the limit, then the one that fits worst, by its score less
+        what the others predict for it.
     at_limit : ndarray of bool
         Of the others, cells so near the level that our own runs could have decided otherwise.
     spread : ndarray
@@ -208,15 +209,22 @@ class RandomTables:
         found = [(np.searchsorted(x, low), np.searchsorted(x, high, "right")) for x, low, high in sides]
         return np.array(found).T
 
-    def _distance(self, range_of_scores, cells):
-        """Of the most favourable point of a box of normal scores."""
+    def _most_favourable(self, range_of_scores, cells):
+        """The point of a box of normal scores that is least far out, and the whitener of these cells."""
         low, high = range_of_scores[:, cells]
         matrix = self._whitener(cells)
-        return 2 * lsq_linear(matrix, np.zeros(len(matrix)), (low, high + 1e-9)).cost
+        return lsq_linear(matrix, np.zeros(len(matrix)), (low, high + 1e-9)).x, matrix
 
     def _together(self, range_of_scores, cells):
-        beyond = np.sum(self._distances(cells) >= self._distance(range_of_scores, cells))
+        point, matrix = self._most_favourable(range_of_scores, cells)
+        beyond = np.sum(self._distances(cells) >= np.sum((matrix @ point) ** 2))
         return (1 + beyond) / (1 + len(self.drawn))
+
+    def _beside_the_others(self, range_of_scores, cells):
+        """Each cell's score less what the others predict for it, in standard deviations of that."""
+        point, matrix = self._most_favourable(range_of_scores, cells)
+        precision = matrix.T @ matrix
+        return precision @ point / np.sqrt(np.diag(precision))
 
     def probability(self, printed, unit):
         """Two-sided, of each cell alone; ``printed`` and ``unit`` as in `compare`."""
@@ -229,14 +237,16 @@ class RandomTables:
         printed, unit = as_numbers("printed", printed), as_numbers("unit", unit)
         probability, (level, level_together) = self.probability(printed, unit), self.levels
         scores = ndtri((self._range(printed, unit) + 0.5) / (len(self.drawn) + 1))
-        beyond = ndtri(1 - probability / 2) - ndtri(1 - level / 2)
-        cells, near = np.arange(len(probability)), np.abs(beyond) <= 2 * self.own
-        clear = (beyond > 0) & ~near
-        together, rest = self._together(scores, cells), cells[~clear]
-        while len(rest) > 1 and self._together(scores, rest) <= level_together:
-            without = [rest[rest != cell] for cell in rest]
-            rest = min(without, key=lambda others: self._distance(scores, others))
-        misfit = ~clear & ~np.isin(cells, rest)
+        limit = ndtri(1 - level / 2)
+        beyond, cells = ndtri(1 - probability / 2) - limit, np.arange(len(probability))
+        near = np.abs(beyond) <= 2 * self.own
+        rest = cells[near | (beyond < 0)]
+        together, agree = self._together(scores, cells), rest
+        while len(agree) > 1 and self._together(scores, agree) <= level_together:
+            apart = np.abs(self._beside_the_others(scores, agree))
+            out = near[agree] if near[agree].any() else apart == apart.max()
+            agree = agree[~out]
+        misfit = np.isin(cells, rest) & ~np.isin(cells, agree)
         spread, accepted = np.sqrt(np.mean((self.drawn - self.ours) ** 2, axis=0)), self._accepted(unit)
         levels = (level, level_together)
         found = (probability <= level, misfit, near & ~misfit, spread, accepted)

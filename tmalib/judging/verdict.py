@@ -4,8 +4,9 @@
 *text* (a phrase) lies between limits that the chapter sets beforehand; if that rests on what is not printed,
 the share of plausible scenarios in which it does decides (`share_word`). The *Monte-Carlo* rows of a table
 are compared, cell by cell and all together, with experiments of the paper's size drawn from our own runs
-(`tmalib.judging.vector`). It is inconclusive where our own runs could have decided otherwise, where a
-deviation of half the errors' spread could not have been found, or ours are fewer runs than the paper's.
+(`tmalib.judging.vector`). It is inconclusive where a number only does not fit with the others, where our own
+runs could have decided otherwise, where a deviation of half the errors' spread could not have been found, or
+ours are fewer runs than the paper's.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from .paper import Paper, Printed
 from .vector import ALPHA, Comparison, draw_tables, statistic_of
 
 AT_LIMIT = "so near the limit that our own runs could have decided otherwise"
-MISFIT = "alone it agrees, with the other numbers of its table it does not"
+MISFIT = "not clearly off by itself, but it does not fit with the other numbers of its table"
 RESOLUTION = 0.5  # of the errors' spread: a test that cannot see so much is not conclusive
 CLAIMS = "application/vnd.tmalib.claims+json"  # the type of a notebook's output that carries claims
 
@@ -193,16 +194,15 @@ def _judge_row(row, ours, found, i, sources):
         raise ValueError(f"among is for text rows, held and scenarios: {row.key}, got {ours}")
     tested, held, resolved = {}, "", True
     if row.kind == "monte-carlo":
-        tested, agrees = (
-            _tested(found, i) | dict(sources=sources),
-            found.at_limit[i] or not found.questioned[i],
-        )
-        if found.at_limit[i]:
-            held = AT_LIMIT
-        elif found.misfit[i] and not found.alone[i]:
+        tested = _tested(found, i) | dict(sources=sources)
+        unsure = found.misfit[i] or found.at_limit[i]
+        agrees = unsure or not found.alone[i]
+        if found.misfit[i]:
             held = f"{MISFIT} (probability {found.together:.2g})"
+        elif found.at_limit[i]:
+            held = AT_LIMIT
         seen = np.nanmax(found.detectable[:, i]) <= RESOLUTION * np.std(ours.runs)
-        resolved = seen and len(ours.runs) >= row.runs and not found.at_limit[i]
+        resolved = seen and len(ours.runs) >= row.runs and not unsure
     elif row.kind == "text":
         agrees, tested = within(ours.value, ours.at_least, ours.at_most), dict(sources=sources)
         held = f"{_where(agrees, ours)}: {ours.criterion} was asked"
