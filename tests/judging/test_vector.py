@@ -191,7 +191,7 @@ def test_what_is_accepted_ends_where_the_probability_reaches_the_level():
 
 
 def test_at_the_limit_our_own_runs_decide():
-    """A Gaussian mean at the limit is on either side with other runs of ours, three standard errors away not."""
+    """A Gaussian mean at the limit is on either side with other runs of ours, three errors away not."""
     rng = np.random.default_rng(8)
     error = np.sqrt(1 / SIZE + 1 / 20_000)
     own, limit = np.sqrt(1 / 20_000), norm.ppf(1 - ALPHA / 2) * error
