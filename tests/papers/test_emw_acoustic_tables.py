@@ -1,6 +1,7 @@
 """What the chapters of emw-acoustic compute from a table and along the line of sight."""
 
 from functools import partial
+from types import SimpleNamespace
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -44,21 +45,11 @@ def test_printed_columns():
     np.testing.assert_allclose(off, [2, 1, 0, 10], atol=1e-6)
 
 
-def test_least_probability_leaves_out_the_rejected():
-    def claim(probability, verdict):
-        row = PAPER.printed("Table I", "xT", "std_ekf")
-        return judging.Claim(
-            **vars(row), ours=1.0, probability=probability, verdict=verdict, erratum="", note=""
-        )
-
-    found = [
-        claim(None, judging.REPRODUCED),
-        claim(0.5, judging.REPRODUCED),
-        claim(0.1, judging.INCONCLUSIVE),
-        claim(0.2, judging.CORRECTED),
-        claim(0.001, judging.NOT_REPRODUCED),
-    ]
-    assert tables.least_probability(judging.Verdicts(tuple(found))) == 0.1
+def test_least_probability_leaves_out_what_does_not_agree():
+    probability = np.array([0.5, 0.001, 0.004, 0.1, 0.2])
+    questioned, at_limit = (np.array([0, k, 1 - k, 0, 0], dtype=bool) for k in (1, 0))
+    found = SimpleNamespace(probability=probability, questioned=questioned, at_limit=at_limit)
+    assert tables.least_probability(judging.Verdicts((), found)) == 0.1
 
 
 def test_rare_runs_come_in_with_their_share():

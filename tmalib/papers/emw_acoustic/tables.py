@@ -136,9 +136,9 @@ def judge_filter(number, errors, made_from=()):
 
 
 def least_probability(table):
-    """The least probability of a Monte-Carlo row of `Verdicts` that is not rejected."""
-    tested = (claim for claim in table if claim.probability is not None)
-    return min(claim.probability for claim in tested if claim.verdict != NOT_REPRODUCED)
+    """The least probability of a Monte-Carlo row of `Verdicts` that is not questioned, nor at the limit."""
+    found = table.found
+    return float(found.probability[~(found.questioned | found.at_limit)].min())
 
 
 def printed_rows(number, column):
