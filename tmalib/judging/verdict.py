@@ -68,6 +68,7 @@ class Ours:
     """Our value for a printed one; runs are for Monte-Carlo rows (`of_runs`), limits for phrases."""
 
     value: float
+    se: float = 0.0  # standard error of the measure of a phrase
     erratum: str = ""  # whose correction was applied
     assumption: str = ""  # what had to be assumed because the paper does not say it
     note: str = ""
@@ -204,7 +205,8 @@ def _judge_row(row, ours, found, i, sources):
         seen = np.nanmax(found.detectable[:, i]) <= RESOLUTION * np.std(ours.runs)
         resolved = seen and len(ours.runs) >= row.runs and not unsure
     elif row.kind == "text":
-        agrees, tested = within(ours.value, ours.at_least, ours.at_most), dict(sources=sources)
+        agrees = within(ours.value, ours.at_least, ours.at_most)
+        tested = dict(sources=sources, se=float(ours.se))
         held = f"{_where(agrees, ours)}: {ours.criterion} was asked"
     else:
         agrees = row.agrees(ours.value)
