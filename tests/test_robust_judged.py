@@ -140,7 +140,13 @@ def test_a_turn_is_seen_among_wild_bearings():
 def test_a_robust_fit_is_shown_with_its_warnings():
     scenario = ship_that_turns()
     angles, _ = thrown(scenario.simulate(1, seed=1)[0], 0.1)
-    assert "converged" in str(tma.fit(scenario, angles, loss="bisquare"))
+    rows = {row.name: row.text for row in tma.summarise(tma.fit(scenario, angles, loss="bisquare"))}
+    assert rows["status"] == "converged"
+    assert rows["criterion"].endswith("degrees of freedom: no test, for the loss is bisquare")
+    assert "warning" not in rows
+    angles[:60] += 0.03  # a sensor that is off for half of the time
+    rows = [row.name for row in tma.summarise(tma.fit(scenario, angles, loss="bisquare"))]
+    assert "warning" in rows
 
 
 # -- alternatives -----------------------------------------------------------------------------------
