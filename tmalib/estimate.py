@@ -199,11 +199,14 @@ class Fit:
 
     @cached_property
     def sandwich(self) -> FloatArray:
-        """Covariance when the model may be wrong, ``(n, n)``, of one run; see `tmalib.sensitivity`."""
+        """Covariance when the model may be wrong, ``(n, n)``, of one run; see `tmalib.sensitivity`.
+
+        With a robust loss, that of an M-estimate with the Hessian as it is, where `covariance` has its mean.
+        """
         self._one_run("the sandwich")
-        self.check_squares("the sandwich")
         there = ~np.isnan(self.measured)
-        return sandwich_covariance(self.scenario.keep(there), self.measured[there], self.state)
+        spread = self._scales[1][there, 0] if self.robust else None
+        return sandwich_covariance(self.scenario.keep(there), self.measured[there], self.state, spread=spread)
 
     @property
     def sigma(self) -> FloatArray:
@@ -265,11 +268,6 @@ class Fit:
         direction = in_words(self.scenario.coordinates, self.weakest[run])
         rank, n = np.asarray(self.rank)[run], len(self.scenario.coordinates)
         return f": rank {rank} of {n}, nothing changes along {direction}. {words.ADVICE[word]}"
-
-    def check_squares(self, what: str) -> None:
-        """`ValueError` for a fit with a robust loss, for what is of the sum of squares."""
-        if self.robust:
-            raise ValueError(f"{what} is of a fit with loss {SQUARES!r}, and this one has {self.loss!r}")
 
     def _one_run(self, what):
         if self.state.ndim != 1:

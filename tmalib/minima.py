@@ -96,12 +96,14 @@ def alternatives(found: Fit, within: float = 9.0, max_iterations: int = 200) -> 
     -------
     list of Alternative
         A search from many starts: what none leads to is missing. A ghost out of the water is listed;
-        `admissible` tells it. There are none for a run that has not converged.
+        `admissible` tells it. There are none for a run that has not converged. With a robust loss they are
+        minima of its criterion that trust more than half of the measurements; their likelihood is that of
+        errors with the density ``exp(-rho / 2)``.
 
     Raises
     ------
     ValueError
-        For more than one run, a fit with a robust loss, and a scenario in which a fit needs a start.
+        For more than one run, and for a scenario in which a fit needs a start.
 
     Examples
     --------
@@ -119,7 +121,6 @@ def alternatives(found: Fit, within: float = 9.0, max_iterations: int = 200) -> 
     """
     if check_is("found", found, Fit).state.ndim != 1:
         raise ValueError(f"alternatives are of one run, and these are {found.state.shape[:-1]}; fit one")
-    found.check_squares("the list of alternatives")
     within = check_scalar("within", within, above=0.0)
     if not found.converged:
         return []
@@ -127,7 +128,9 @@ def alternatives(found: Fit, within: float = 9.0, max_iterations: int = 200) -> 
     scenario, measured = found.scenario.keep(there), found.measured[there]
     starts = (grid_of_motions if has_cosines(scenario) else starts_at_ranges)(scenario, measured)
     starts = np.concatenate([found.state[None], starts[np.isfinite(starts).all(axis=1)]])
-    states, costs, _ = distinct_minima(scenario, measured, starts, max_iterations=max_iterations)
+    states, costs, _ = distinct_minima(
+        scenario, measured, starts, max_iterations=max_iterations, loss=found.loss
+    )
     jacobian = scenario.linearise(found.state)[1] / scenario.sigma[:, None]
     return [
         Alternative(state, float(cost), float(np.exp((found.cost - cost) / 2)))

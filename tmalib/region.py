@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from .charts import ModifiedPolar, chart_of
 from .checks import as_numbers, check_is, check_probability, check_scalar
 from .estimate import Fit
+from .losses import SQUARES
 from .pieces import FARTHEST, STEP, PolarSearch, area_of
 from .profile import criterion_at
 from .scenario import Scenario
@@ -111,7 +112,8 @@ def confidence_region(fit: Fit, probability: float = 0.9, nearest: float | None 
     ------
     ValueError
         For more than one run, a run that is not finite, fewer measurements than unknowns, a number that is
-        out of bounds, a state without position and velocity in uniform motion, and a fit with a robust loss.
+        out of bounds, a state without position and velocity in uniform motion, and a fit with a robust loss:
+        fit by squares without the measurements of weight zero.
 
     Notes
     -----
@@ -136,7 +138,12 @@ def confidence_region(fit: Fit, probability: float = 0.9, nearest: float | None 
     Region(0.9; 4031 m to 5460 m from the platform)
     """
     probability = check_probability(probability)
-    check_is("fit", fit, Fit).check_squares("a region")
+    if check_is("fit", fit, Fit).robust:
+        raise ValueError(
+            f"a region is of a fit with loss {SQUARES!r}, and this one has {fit.loss!r}, whose profile has "
+            "no known distribution; fit by squares what it trusts: "
+            "np.where(fit.weights > 0, fit.measured, np.nan)"
+        )
     if fit.state.ndim != 1:
         raise ValueError(f"a region is of one run, and these are {fit.state.shape[:-1]}; fit one")
     if not np.isfinite(fit.state).all():

@@ -23,7 +23,9 @@ Ljung and Box. With a lag for thirty measurements, p < 0.001 comes up at most ab
 *Largest.* The largest residual over its standard deviation ``sqrt(1 - H_kk)``. If a single one is so large
 by a chance p, one of N is by ``1 - (1 - p)^N`` (Šidák), or less where residuals are not independent.
 
-A residual that is NaN is left out, with its row of ``J``.
+A residual that is NaN is left out, with its row of ``J``, and so is one to which a robust fit gave the weight
+zero. None of this asks by which loss the state was estimated: to first order ``(I - H) e`` is the same about
+any state near the least squares estimate.
 """
 
 from __future__ import annotations
@@ -121,7 +123,7 @@ def residual_tests(fit: Fit, lags: int = LAGS, cosines: int = COSINES) -> Residu
     Raises
     ------
     ValueError
-        For lags or cosines that are not positive integers, and a fit with a robust loss.
+        For lags or cosines that are not positive integers.
 
     Notes
     -----
@@ -146,11 +148,11 @@ def residual_tests(fit: Fit, lags: int = LAGS, cosines: int = COSINES) -> Residu
     True
     """
     lags, cosines = check_count("lags", lags), check_count("cosines", cosines)
-    check_is("fit", fit, Fit).check_squares("a test of residuals")
-    scenario, shape = fit.scenario, fit.cost.shape
+    scenario, shape = check_is("fit", fit, Fit).scenario, fit.cost.shape
     slow = slow_functions(scenario, cosines)
     state = np.where(fit.converged[..., None], fit.state, np.nan).reshape(-1, fit.state.shape[-1])
-    measured = fit.measured.reshape(-1, fit.measured.shape[-1])
+    tested = np.where(fit.weights == 0, np.nan, fit.measured) if fit.robust else fit.measured
+    measured = tested.reshape(-1, tested.shape[-1])
     count, block = len(state), max(1, BLOCK_ELEMENTS // (slow.size + len(slow)))
     parts = [
         statistics_of(scenario, state[i : i + block], measured[i : i + block], slow, lags)

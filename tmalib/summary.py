@@ -189,6 +189,8 @@ def _goodness(fit):
         return
     if fit.estimated:
         chance = "no test, for a sigma was estimated"
+    elif fit.robust:
+        chance = f"no test, for the loss is {fit.loss}"
     elif fit.freedom <= 0:
         chance = "no test without freedom"
     else:

@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..bounds import crlb, whitened_jacobian
-from ..checks import as_numbers, check_is, check_scalar
+from ..checks import as_numbers, check_array, check_is, check_scalar
+from ..losses import influence_and_slope
 from ..scenario import Scenario
 from ..types import FloatArray
 from ..uniform import transition
@@ -216,7 +217,11 @@ def modes_of(gain: FloatArray) -> Modes:
 
 
 def sandwich_covariance(
-    scenario: Scenario, measured: ArrayLike, state: ArrayLike, step: float = 1e-4
+    scenario: Scenario,
+    measured: ArrayLike,
+    state: ArrayLike,
+    step: float = 1e-4,
+    spread: ArrayLike | None = None,
 ) -> FloatArray:
     """Covariance of the batch estimate when the model may be wrong.
 
@@ -225,7 +230,10 @@ def sandwich_covariance(
 
         cov = J^-1 F J^-1,   J = F - sum_k (measured_k - m_k) m_k'' / sigma_k^2,
 
-    which is ``F^-1``, the Cramér-Rao bound, when the residuals vanish.
+    which is ``F^-1``, the Cramér-Rao bound, when the residuals vanish. For the robust criterion of
+    `tmalib.losses`, with standardised residuals ``e_k`` and the standard deviations ``s_k`` of ``psi(e_k)``::
+
+        cov = J^-1 (sum_k s_k^2 g_k g_k') J^-1,   J = - sum_k d/dX psi(e_k) g_k,   g_k = m_k' / sigma_k.
 
     Parameters
     ----------
@@ -236,6 +244,8 @@ def sandwich_covariance(
         The estimate from them, ``theta_bar(X)``.
     step : float
         Step of the central differences of the gradient, in standard deviations of the state.
+    spread : array_like, shape (N,), optional
+        The ``s_k``: makes it the covariance of a robust estimate. `Fit.sandwich` takes those of each sensor.
 
     Returns
     -------
@@ -253,9 +263,14 @@ def sandwich_covariance(
     around = state + np.concatenate([np.diag(steps), -np.diag(steps)])
     value, gradient = scenario.linearise(around)
     weighted = scenario.residual(measured, value) / scenario.sigma**2
+    jacobian = whitened_jacobian(scenario, state)
+    if spread is not None:
+        spread = check_array("spread", spread, scenario.times.shape)
+        weighted = influence_and_slope(weighted * scenario.sigma)[0] / scenario.sigma
+        jacobian = jacobian * spread[:, None]
     slope = np.einsum("sk,skn->sn", weighted, gradient)  # minus half the gradient of the criterion
     n = len(state)
     hessian = -(slope[:n] - slope[n:]) / (2 * steps[:, None])
     hessian = (hessian + hessian.T) / 2
-    root = np.linalg.solve(hessian, whitened_jacobian(scenario, state).T)
+    root = np.linalg.solve(hessian, jacobian.T)
     return root @ root.T
