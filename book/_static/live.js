@@ -155,7 +155,7 @@
     const rows = sliders.map((slider, k) => make("div", {}, make("label", { for: inputs[k].id }, slider.label), inputs[k], read[k]));
     root.querySelector(".live-instead").remove();
     root.append(
-      make("div", { class: "live-sliders" }, ...rows, ...pressed), sentence,
+      make("div", { class: "live-sliders" }, ...rows), make("p", { class: "live-buttons" }, ...pressed), sentence,
       make("div", { class: "live-panels" }, ...panels.map((panel, k) => make("div", {}, shown[k].svg, make("ul", {}, ...panel.curves.filter((curve) => curve.label).map(keyOf))))),
     );
     root.compute = (wanted) => views[root.dataset.live](data, wanted); // for the tests
