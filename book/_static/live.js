@@ -1,7 +1,7 @@
 // Live views: sliders over what a cell has computed (tmalib.judging.live). Without this script one sentence
 // stands in the place of each. Nothing is loaded: the view is JSON inside the page, the drawing SVG.
 (() => {
-  const WIDTH = 360, HEIGHT = 300, LEFT = 46, RIGHT = 12, TOP = 10, BOTTOM = 42;
+  const WIDTH = 360, HEIGHT = 300, LEFT = 50, RIGHT = 12, TOP = 10, BOTTOM = 42;
 
   const build = (element, attributes, children) => {
     for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
@@ -155,7 +155,7 @@
     const rows = sliders.map((slider, k) => make("div", {}, make("label", { for: inputs[k].id }, slider.label), inputs[k], read[k]));
     root.querySelector(".live-instead").remove();
     root.append(
-      make("div", { class: "live-sliders" }, ...rows, ...pressed), sentence,
+      make("div", { class: "live-sliders" }, ...rows), make("p", { class: "live-buttons" }, ...pressed), sentence,
       make("div", { class: "live-panels" }, ...panels.map((panel, k) => make("div", {}, shown[k].svg, make("ul", {}, ...panel.curves.filter((curve) => curve.label).map(keyOf))))),
     );
     root.compute = (wanted) => views[root.dataset.live](data, wanted); // for the tests
