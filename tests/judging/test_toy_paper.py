@@ -67,10 +67,12 @@ PAGES = {
     "book/intro.md": "# Toy\n\n```{score}\n```\n\n{cite:t}`toy2026`, {ref}`toy-coins`\n",
     "book/verdicts/toy.md": "# Verdicts\n\n```{ledger-table} toy\n:of: results\n```\n\n"
     "```{bibliography}\n```\n",
+    "book/appendix/glossary.md": "# Glossary\n\n:::{glossary}\nshare\n  A part of the whole.\n:::\n",
     "book/concordance.md": "# Concordance\n\n```{concordance} toy\n```\n",
     "book/references.bib": "@misc{toy2026, author = {A. Toy}, title = {Toys}, year = {2026}}\n",
     "book/_toc.yml": "format: jb-book\nroot: book/intro\nchapters:\n"
-    "  - file: notebooks/toy/coins\n  - file: book/verdicts/toy\n  - file: book/concordance\n",
+    "  - file: notebooks/toy/coins\n  - file: book/verdicts/toy\n  - file: book/concordance\n"
+    "  - file: book/appendix/glossary\n",
 }
 
 
@@ -180,6 +182,12 @@ def test_its_figure_and_table_are_exported_with_their_provenance(project):
 def test_its_number_is_in_the_sentence(project):
     share = float(page(project, "notebooks/toy/coins.html").select_one("p .pasted-text").get_text())
     assert abs(share - 0.5) < 5 * 0.5 / 20_000**0.5
+
+
+def test_a_word_of_the_glossary_says_what_it_means(project):
+    (link,) = page(project, "notebooks/toy/coins.html").select("a.term")
+    assert (link.get_text(), link["title"]) == ("share", "A part of the whole.")
+    assert link["href"] == "../../book/appendix/glossary.html#term-share"
 
 
 def test_a_second_build_executes_nothing(project):

@@ -2,11 +2,11 @@
 
 `tables` shows the ledger, `score` counts it, `graph` draws what its statements rest on, `errata` lists the
 errata, `concordance` leads from the papers to the book and back, `roles` writes the ledger into sentences,
-`names` links the library's names to the reference, `provenance` gives a chapter the outputs of its execution
-and a list of where they come from.
+`names` and `terms` link the library's names and the field's words, `provenance` gives a chapter the outputs
+of its execution and a list of where they come from.
 """
 
-from . import concordance, errata, graph, names, provenance, roles, score, tables
+from . import concordance, errata, graph, names, provenance, roles, score, tables, terms
 
 
 def setup(app):
@@ -23,4 +23,5 @@ def setup(app):
     app.connect("doctree-read", provenance.add_provenance)
     app.connect("doctree-read", concordance.add_box)
     app.connect("doctree-read", names.link_names)
+    app.connect("doctree-resolved", terms.link_terms)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
