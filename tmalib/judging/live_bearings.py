@@ -147,4 +147,6 @@ def _dots(sensors):
     )
     limit = EDGE + 0.5
     alt = "Residuals of the bearings in standard deviations against time, with lines at plus and minus two."
-    return Panel(alt, Axis("Time (min)", (-0.02 * last, 1.02 * last)), Axis("Residual (σ)", (-limit, limit)), curves)
+    return Panel(
+        alt, Axis("Time (min)", (-0.02 * last, 1.02 * last)), Axis("Residual (σ)", (-limit, limit)), curves
+    )
