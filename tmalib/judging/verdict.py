@@ -18,7 +18,7 @@ from statistics import NormalDist
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..checks import check_scalar, set_fields
 from ..montecarlo import Runs, Source, Stream
@@ -75,9 +75,9 @@ class Ours:
     at_least: float | None = None
     at_most: float | None = None
     among: tuple[int, int] | None = None  # plausible scenarios in which a phrase holds, and how many
-    runs: np.ndarray | None = field(default=None, compare=False, repr=False)  # one number a run, (N,)
+    runs: NDArray[Any] | None = field(default=None, compare=False, repr=False)  # one number a run, (N,)
     statistic: str = ""  # of the runs: what the paper prints of them
-    weights: np.ndarray | None = field(default=None, compare=False, repr=False)  # of the runs
+    weights: NDArray[Any] | None = field(default=None, compare=False, repr=False)  # of the runs
 
     @property
     def criterion(self) -> str:
@@ -94,7 +94,7 @@ def of_runs(
     ``statistic`` is ``"mean"``, its ``"magnitude"`` or ``"std"``; ``weights`` as in `vector.draw_tables`.
     """
     runs = np.asarray(runs)
-    found = dict(runs=runs, statistic=statistic, weights=weights)
+    found: dict[str, Any] = dict(runs=runs, statistic=statistic, weights=weights)
     return Ours(statistic_of(runs, statistic, weights), **found, **more)
 
 
@@ -111,8 +111,8 @@ class Claim(Printed):
     level: float | None = None  # for that
     together: float | None = None  # probability of all Monte-Carlo rows of the table together
     level_together: float | None = None
-    accepted: tuple = ()  # least and greatest printed value that alone would have passed
-    detectable: tuple = ()  # shifts down and up that would have been found; None where none would
+    accepted: tuple[float, ...] = ()  # least and greatest printed value that alone would have passed
+    detectable: tuple[float | None, ...] = ()  # shifts down and up that would have been found; or None
     verdict: str
     erratum: str
     note: str
@@ -126,7 +126,7 @@ class Claim(Printed):
         set_fields(self, sources=tuple(sources), **pairs)
 
     @property
-    def deviation(self):
+    def deviation(self) -> float:
         """How far the printed value is from ours, beyond one unit of its last digit, in standard errors.
 
         It says how large a deviation is; whether it is too large says the ``probability``.
@@ -134,8 +134,10 @@ class Claim(Printed):
         return max(0.0, abs(self.ours - self.value) - self.last_digit) / self.se
 
     @property
-    def limit(self):
+    def limit(self) -> float:
         """The deviation that is questioned where the statistic is Gaussian."""
+        if self.level is None:
+            raise ValueError(f"there is no limit for a row without a test: {self.key}")
         return NormalDist().inv_cdf(1 - self.level / 2)
 
     def __str__(self) -> str:
@@ -171,7 +173,7 @@ def judge_rows(rows: Iterable[tuple[Printed, Ours]], *, made_from: Iterable[Runs
     )
 
 
-def tables_of(family):
+def tables_of(family: Any) -> Any:
     """The `vector.RandomTables` for pairs of Monte-Carlo `Printed` and `Ours`, one table."""
     (first, like), *_ = family
     for row, ours in family:
@@ -181,7 +183,7 @@ def tables_of(family):
     return draw_tables(runs, [ours.statistic for _, ours in family], first.runs, weights=like.weights)
 
 
-def compare(family, tables):
+def compare(family: Any, tables: Any) -> Any:
     """The `vector.Comparison` of such pairs with such tables."""
     return tables.compare([row.value for row, _ in family], [row.last_digit for row, _ in family])
 
