@@ -1,7 +1,9 @@
 """Figures: one style, one colour an entity, and the shapes that every chapter draws.
 
-Colours are those of Okabe and Ito, which readers with any common colour vision can tell apart; entities
-also differ by line or marker. Axes are in kilometres, east to the right, north up.
+The colours are those of Okabe and Ito (`COLOURS`). Every pair of them can be told apart as a dot, also with
+protanopia, deuteranopia or tritanopia; those of `ALIKE` not as thin lines, and therefore differ by dash,
+marker or filling as well. Pink is the recursive filter and nothing else. Axes are in kilometres, east to the
+right, north up. Text is at least 7 pt at the width of a page, `PAGE_WIDTH`.
 """
 
 from __future__ import annotations
@@ -23,15 +25,27 @@ from .types import FilePath
 
 COLOURS = {
     "platform": "#0072B2",
-    "platform as printed": "#56B4E9",
+    "printed": "#56B4E9",
     "target": "#D55E00",
     "mle": "#009E73",
     "ekf": "#CC79A7",
     "ellipse": "#000000",
     "sound": "#0072B2",
     "light": "#E69F00",
-    "null": "#7F7F7F",
+    "null": "#5F5F5F",
 }
+
+# Not told apart by every reader as lines a tenth of a degree wide (tests/test_figure_style.py).
+ALIKE = {
+    ("platform", "mle"),
+    ("printed", "mle"),
+    ("platform", "ekf"),
+    ("printed", "ekf"),
+    ("mle", "ekf"),
+    ("light", "ekf"),
+}
+
+PAGE_WIDTH = 7.0  # inches: the width to which a page shrinks a wider figure
 
 STYLE: dict[Any, Any] = {
     "figure.figsize": (6.4, 4.2),

@@ -99,7 +99,7 @@ def _draw_map(ax, fit, frame):
     for sensor in scenario.sensors:
         if sensor.platform is not None and sensor.platform is not scenario.platform:
             shown.append(sensor.platform.position_at(times))
-            _with_arrow(ax, shown[-1], "platform as printed", f"carrier of {_plain(sensor.name)}")
+            _with_arrow(ax, shown[-1], "printed", f"carrier of {_plain(sensor.name)}")
     shape, label, reach = _where(fit, own)
     if track is not None:
         shown.append(track)

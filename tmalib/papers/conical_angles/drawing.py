@@ -143,12 +143,13 @@ def figures_9_and_10(estimates, mirrored, shape):
     """
     fig, (left, right) = plt.subplots(1, 2, figsize=(7.6, 3.9), width_ratios=(1.5, 1))
     for ax in (left, right):
-        figures.cloud(ax, estimates, "ekf", label="estimates", size=7)
+        figures.cloud(ax, estimates, "mle", label="estimates", size=7)
         figures.ellipse(ax, shape, label="90 % ellipse")
         ax.plot(*shape.centre / 1e3, "o", color=figures.colour("target"), markersize=4, label="target")
     figures.cloud(left, mirrored, "null", label="mirrored start", size=7)
-    left.plot(0, 0, "s", color="black", label="array")
+    left.plot(0, 0, "s", color=figures.colour("platform"), label="array")
     left.set(xlim=(-7, 7), ylim=(-0.7, 9.2), aspect="equal", xlabel="East (km)", ylabel="North (km)")
     right.set(xlim=(3.6, 6.2), ylim=(5.2, 8.3), aspect="equal", xlabel="East (km)", ylabel="North (km)")
-    left.legend(loc="lower right", fontsize=8)
+    handles, labels = left.get_legend_handles_labels()
+    fig.legend(handles, labels, loc="outside upper center", ncols=5, fontsize=9, markerscale=2)
     return fig

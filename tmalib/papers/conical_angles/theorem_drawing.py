@@ -69,8 +69,13 @@ def rays_and_images(ax, paths, array_depth, target_depth, bottom, distance):
     _ends_of_rays(ax, array_depth, target_depth, distance)
     ax.set(ylim=(16200, -250), xlabel="Horizontal distance (km)", ylabel="Depth (m)")
     ax.grid(False)
-    ax.annotate("bottom", (0.2, bottom), xytext=(0, -12), textcoords="offset points", color=DARK_GREY)
-    ax.legend(loc="lower left", fontsize=8)
+    for text, depth in (("surface", 0), ("bottom", bottom)):
+        beside = {"xytext": (4, 0), "textcoords": "offset points", "va": "center", "color": DARK_GREY}
+        ax.annotate(text, (1, depth), xycoords=("axes fraction", "data"), **beside)
+    for text, depth in (("image", 7900), ("image", 15900)):
+        ax.annotate(text, (distance / 1e3, depth), xytext=(-8, -3), textcoords="offset points", ha="right")
+    ax.set_yticks(range(0, 16001, 4000))
+    ax.legend(loc="lower left", fontsize=9)
 
 
 def cones(ax, target, image):
@@ -102,7 +107,8 @@ def elevations(ax, zetas, array_depth, target_depth, bottom, distance):
     looks = {"direct": ("light", 4.6, -16), "bottom bounce": ("sound", 2.2, 4)}  # and where its label is
     for name, (entity, reach, shift) in looks.items():
         zeta, colour = zetas[name], figures.colour(entity)
-        ax.plot(x / 1e3, folded(array_depth + zeta * x / distance, bottom), color=colour, label=name)
+        style = "-" if name == "direct" else "-."
+        ax.plot(x / 1e3, folded(array_depth + zeta * x / distance, bottom), style, color=colour, label=name)
         ax.annotate(
             rf"$\phi^{{{name[0].upper()}}}$ = {np.degrees(np.arctan2(zeta, distance)):.1f}°",
             (reach, array_depth + zeta * reach * 1e3 / distance),
@@ -110,8 +116,9 @@ def elevations(ax, zetas, array_depth, target_depth, bottom, distance):
         )  # fmt: skip
     _ends_of_rays(ax, array_depth, target_depth, distance)
     ax.axhline(bottom, color="#8C7B5E")
+    ax.annotate("bottom", (0.2, bottom), xytext=(0, 4), textcoords="offset points", color=DARK_GREY)
     ax.set(ylim=(4200, -400), xlabel="Horizontal distance (km)", ylabel="Depth (m)")
-    ax.legend(loc="lower right", fontsize=8)
+    ax.legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize=9)
 
 
 # -- Theorem 1 -----------------------------------------------------------------------------------------------
@@ -125,18 +132,19 @@ def ghosts_from_above(ax, scenario, ghosts, case, linewidth=1.2):
     for ghost in ghosts:
         track = scenes.relative(scenario, ghost, scenario.times) / 1e3
         at_rest = np.ptp(track, axis=0).max() < 1e-6
-        line = "none" if at_rest else "-"
-        ax.plot(*track.T, color=figures.colour("mle"), linewidth=linewidth, linestyle=line)
-        ax.plot(*track[0], "o", markersize=3, color=figures.colour("mle"))
+        ax.plot(*track[0], "o", markersize=4, color=figures.colour("mle"))
+        if not at_rest:
+            head = dict(arrowstyle="->", color=figures.colour("mle"), lw=linewidth, shrinkA=0, shrinkB=0)
+            ax.annotate("", track[-1], track[0], arrowprops=head)
     track = scenes.relative(scenario, scenario.target, scenario.times) / 1e3
-    arrow = dict(arrowstyle="->", color=figures.colour("target"), lw=2)
+    arrow = dict(arrowstyle="-|>", color=figures.colour("target"), lw=2.5, shrinkA=0, shrinkB=0)
     ax.annotate("", track[-1], track[0], arrowprops=arrow)
-    ax.plot(*track[0], "o", markersize=5, color=figures.colour("target"))
-    ax.plot(0, 0, "s", color=figures.colour("platform"))
+    ax.plot(*track[0], "D", markersize=7, color=figures.colour("target"))
+    ax.plot(0, 0, "s", markersize=7, color=figures.colour("platform"))
     axis = dict(arrowstyle="-", color=figures.colour("platform"), lw=2)
     ax.annotate("", (0, 1.5), (0, 0), arrowprops=axis)
-    ax.annotate(case, (0.03, 0.95), xycoords="axes fraction", va="top", color=DARK_GREY)
-    ax.set(xlim=(-10, 10), ylim=(-9, 9) if case == "broadside" else (-3, 15), aspect="equal")
+    ax.set_title(case, loc="left", fontsize=10)
+    ax.set(xlim=(-9.5, 9.5), ylim=(-4, 4) if case == "broadside" else (-1, 11), aspect="equal")
     ax.set(xlabel="Across the axis (km)", ylabel="Along the axis (km)")
 
 
@@ -157,7 +165,8 @@ def circles_around_the_axis(ax, scenario, circles):
         arc = np.where(wet, across, np.nan), np.where(wet, depths, np.nan)
         ax.plot(*arc, style, color=figures.colour("mle"))
         lowest = (0, depths.max())
-        ax.annotate(rf"$\beta = {beta:g}$", lowest, ha="center", va="bottom", fontsize=8)
+        plain = {"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none"}
+        ax.annotate(rf"$\beta = {beta:g}$", lowest, ha="center", va="center", fontsize=9, bbox=plain)
     _along_the_axis(ax, scenario, markersize=6)
 
 
@@ -223,7 +232,6 @@ def _beside_the_array(ax):
     ax.axhline(0, color=GREY, linewidth=1)
     ax.plot(0, scenes.ARRAY_DEPTH, "s", color=figures.colour("platform"), label="array")
     ax.set_xlabel("Horizontal distance (km)")
-    ax.legend(loc="lower right", fontsize=8)
 
 
 def depth_mirror(ax, distance, target, ghost):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import LinearSegmentedColormap
 
 from ... import figures
 from ...bearings import bearing, propagation_delay
@@ -30,17 +31,18 @@ def light_and_sound(target, velocity, speed_of_sound):
         arc = np.linspace(0, bearing(point), 51)
         curve = radius * np.stack([np.sin(arc), np.cos(arc)])
         ax.plot(*curve, color=figures.colour(entity), linewidth=1)
-        ax.annotate(text, curve[:, 25], xytext=(2, 4), textcoords="offset points")
+        ax.annotate(text, curve[:, 20], xytext=(0, 5), textcoords="offset points", ha="center")
     for point, text, offset in (
         (target, "$P_T(t)$", (8, 2)),
         (heard, r"$P_T(t-\tau)$", (6, 6)),
-        (observer, "$P_O(t)$", (8, -12)),
+        (observer, "$P_O(t)$", (-42, -4)),
     ):
         ax.plot(*point / 1e3, "o", color="black", markersize=5)
         ax.annotate(text, point / 1e3, xytext=offset, textcoords="offset points")
     ax.plot([0, 0], [0, 3.2], color="#7F7F7F", linewidth=1)
-    ax.annotate("North", (0, 3.2), ha="center", va="bottom", color="#5F5F5F")
+    ax.annotate("North", (0, 3.2), xytext=(-4, -4), textcoords="offset points", ha="right", color="#5F5F5F")
     figures.map_axes(ax)
+    ax.set(xlim=(-0.7, 3.7), ylim=(-0.25, 3.4), adjustable="box")
     ax.legend(loc="lower right")
     return figure
 
@@ -95,7 +97,7 @@ def bounds_without_manoeuvre(bounds, every, ranges):
         ax.plot(values, np.full(values.size, n), ".", color=figures.colour("null"), markersize=3, label=label)
     for name, marker, entity, label in (
         ("manoeuvring", "D", "platform", "manoeuvring"),
-        ("first leg", "s", "platform as printed", "straight, first leg"),
+        ("first leg", "s", "printed", "straight, first leg"),
         ("motionless", "o", "light", "motionless"),
     ):
         ax.plot(bounds[name], row, marker, color=figures.colour(entity), label=label)
@@ -114,7 +116,7 @@ def bounds_over_printed(ratio):
     """Computed over printed bounds, ``(6, 8)``: one row a scenario, the full problem and then BOTMA."""
     figure, ax = plt.subplots(figsize=(6.4, 3.2))
     ax.axvline(1, color="black", linewidth=1)
-    colour = figures.colour("platform as printed")
+    colour = figures.colour("printed")
     for part, marker, shift, face, label in (
         (slice(0, 4), "o", -0.12, colour, "CRLB"),
         (slice(4, 8), "s", 0.12, "white", "BOTMA"),
@@ -153,19 +155,20 @@ def filter_readings(worst, looks, used, limit, biases_of_six):
     ax.axvline(limit, color="black", linestyle="--", linewidth=1)
     for (number, *reading), value in worst.items():
         _, marker = looks[tuple(reading)]
-        size, colour = (8, ekf) if tuple(reading) == used[number] else (6, null)
-        ax.plot(value, number, marker, markersize=size, zorder=3, color=colour)
+        ours = {"markersize": 9, "color": ekf, "markeredgecolor": "black", "zorder": 4}
+        other = {"markersize": 6, "color": null, "fillstyle": "none", "zorder": 3}
+        ax.plot(value, number, marker, **(ours if tuple(reading) == used[number] else other))
     for label, marker in looks.values():
-        ax.plot([], [], marker, color=null, label=label)
+        ax.plot([], [], marker, color=null, fillstyle="none", label=label)
     ax.set_xscale("log")
     ax.set_xticks([1, 3, 10, 30, 100], ["1", "3", "10", "30", "100"])
     ax.set_yticks(list(used), [f"scenario {number}" for number in used])
     ax.invert_yaxis()
     ax.set_xlabel("Largest deviation from the printed values (standard errors)")
     figure.legend(loc="outside upper center", ncols=2, fontsize=9)
-    ax.plot(biases_of_six, 6, "s", markersize=8, color=ekf, fillstyle="none")
+    ax.plot(biases_of_six, 6, "s", markersize=9, color=ekf, fillstyle="none")
     beside = {"xytext": (9, 0), "textcoords": "offset points", "va": "center", "fontsize": 9}
-    ax.annotate("biases alone", (biases_of_six, 6), color=ekf, **beside)
+    ax.annotate("biases alone", (biases_of_six, 6), **beside)
     ax.set_xlim(0.25, 200)
     return figure
 
@@ -179,33 +182,71 @@ def prior_sweeps(velocity, position):
         What is varied: standard deviations ``(P,)`` in m/s and km; found, ``(6, P, 2)``, the worst error
         over the bound and the share diverged; and the paper's own standard deviation.
     """
-    looks = {"long range": {"ls": "-", "marker": "o"}, "short range": {"ls": "--", "marker": "s"}}
-    nudge = {(1, 0): 4, (5, 0): -4, (5, 1): 4, (4, 1): -3}  # points, so that labels do not collide
-    line = {"color": figures.colour("ekf"), "markersize": 3.5}
-    figure, axes = plt.subplots(2, 2, figsize=(7.2, 5.4), sharex="col", sharey="row", height_ratios=(2, 1))
+    looks = {1: "-o", 2: "-o", 3: "--s", 4: "--s", 5: ":^", 6: ":^"}
+    line = {"color": figures.colour("ekf"), "markersize": 4, "linewidth": 1.4}
+    figure, axes = plt.subplots(3, 2, figsize=(7.2, 6.8), sharex="col", sharey="row", height_ratios=(3, 3, 2))
     for column, (x, found, mark) in enumerate((velocity, position)):
-        top, bottom = axes[:, column]
-        for ax, values in ((top, found[..., 0]), (bottom, 100 * found[..., 1])):
+        for ax in axes[:, column]:
             ax.axvline(mark, color="black", linewidth=1)
-            for number, y in enumerate(values, start=1):
-                look = looks["long range" if number in (1, 3, 5) else "short range"]
-                ax.plot(x, y, linewidth=1.2, **line, **look)
-                if ax is top:
-                    beside = {"xytext": (5, nudge.get((number, column), 0)), "textcoords": "offset points"}
-                    ax.annotate(f"{number}", (x[-1], y[-1]), va="center", fontsize=9, **beside)
-        top.axhline(1, color=figures.colour("ellipse"), linewidth=1, linestyle=":")
-        top.set_xscale("log")
-        top.set_yscale("log")
-    axes[0, 0].set_yticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"])
-    axes[0, 0].set_ylabel("Worst error / bound")
-    axes[1, 0].set_ylabel("Diverged (%)")
-    axes[1, 0].set_xticks([0.5, 1, 2, 5, 10], ["0.5", "1", "2", "5", "10"])
-    axes[1, 1].set_xticks([1, 2, 5, 10], ["1", "2", "5", "10"])
+            ax.set_xscale("log")
+        for number, (error, diverged) in enumerate(np.moveaxis(found, -1, 1), start=1):
+            fill = "full" if number % 2 else "none"
+            axes[(number - 1) % 2, column].plot(x, error, looks[number], label=f"scenario {number}", **line)
+            axes[2, column].plot(x, 100 * diverged, looks[number], fillstyle=fill, **line)
+    for row, (first, name) in enumerate(((axes[0], "long range"), (axes[1], "short range"))):
+        for ax in first:
+            ax.axhline(1, color=figures.colour("ellipse"), linewidth=1, linestyle=":")
+            ax.set_yscale("log")
+        first[0].set_yticks([1, 2, 5, 10], ["1", "2", "5", "10"])
+        first[0].set_ylabel(f"Worst error / bound,\n{name}")
+        first[row].legend(loc="upper right" if row == 0 else "center right", fontsize=9)
+    axes[2, 0].set_ylabel("Diverged (%)")
+    axes[2, 0].set_xticks([0.5, 1, 2, 5, 10], ["0.5", "1", "2", "5", "10"])
+    axes[2, 1].set_xticks([1, 2, 5, 10], ["1", "2", "5", "10"])
     for ax in axes.flat:
         ax.minorticks_off()
-    axes[1, 0].set_xlabel("Prior σ of each velocity component (m/s)")
-    axes[1, 1].set_xlabel("Prior σ of each position component (km)")
-    for label, look in looks.items():
-        axes[0, 0].plot([], [], label=label, **line, **look)
-    axes[0, 0].legend(loc="upper right", fontsize=9)
+    axes[2, 0].set_xlabel("Prior σ of each velocity component (m/s)")
+    axes[2, 1].set_xlabel("Prior σ of each position component (km)")
+    return figure
+
+
+def shares_by_start(ranges, found, true_ranges, starts, assumed=()):
+    """Share of runs that find the minimum from each starting range, as the filling of a circle.
+
+    Parameters
+    ----------
+    ranges : ndarray
+        ``(S,)``, metres.
+    found : dict
+        Scenario to a dict from the name of a way to ``(S, runs)`` of bool; a panel a scenario, a row a way.
+    true_ranges : dict
+        Scenario to the true range at the first and at the last time, metres: a grey band.
+    starts : dict
+        Scenario to the starting range of the paper, metres: a line, dotted for the ``assumed`` ones.
+    """
+    shades = LinearSegmentedColormap.from_list("share", ["white", figures.colour("mle")])
+    figure, axes = plt.subplots(3, 2, figsize=(7.2, 5.2), sharex=True, sharey=True)
+    for (number, ways), ax in zip(found.items(), axes.flat, strict=True):
+        ax.axvspan(*sorted(np.array(true_ranges[number]) / 1e3), color="#DDDDDD")
+        style = ":" if number in assumed else "-"
+        ax.axvline(starts[number] / 1e3, color="black", linewidth=1.2, linestyle=style)
+        for row, reached in enumerate(ways.values()):
+            look = {
+                "cmap": shades,
+                "vmin": 0,
+                "vmax": 1,
+                "edgecolors": figures.colour("mle"),
+                "s": 52,
+                "zorder": 3,
+            }
+            dots = ax.scatter(ranges / 1e3, np.full(len(ranges), row), c=reached.mean(axis=1), **look)
+        ax.set_title(f"scenario {number}", loc="left", fontsize=10)
+        ax.set_yticks(range(len(ways)), [name.replace(", ", ",\n") for name in ways], fontsize=9)
+        ax.set(xscale="log", ylim=(len(ways) - 0.5, -0.5))
+        ax.set_xticks([1, 3, 10, 30], ["1", "3", "10", "30"])
+        ax.minorticks_off()
+    figure.supxlabel("Starting range (km)", fontsize=10)
+    bar = figure.colorbar(dots, ax=axes, location="top", shrink=0.6, aspect=30, ticks=[0, 0.5, 1])
+    bar.ax.set_xticklabels(["0", "50", "100"])
+    bar.set_label("Runs that find the minimum (%)")
     return figure

@@ -28,7 +28,7 @@ def clouds(number, positions):
     outlines = [shape.boundary() for shape in shapes]
     ends = [np.quantile(positions[name][:, -1], [0.03, 0.97], axis=0) for name in ESTIMATORS]
     boxes = (_box([*courses.values(), *outlines]), _box([outlines[-1], *ends], margin=0.25))
-    figure, axes = plt.subplots(2, 2, figsize=(7.6, 7.2))
+    figure, axes = plt.subplots(2, 2, figsize=(7.2, 7.4))
     for column, name in enumerate(ESTIMATORS):
         for row, ax in enumerate(axes[:, column]):
             for k, shape in enumerate(shapes):
@@ -39,11 +39,15 @@ def clouds(number, positions):
             figures.path(ax, courses["observer"], "platform", label="observer", mark=marks[0])
             figures.path(ax, courses["target"], "target", label="target", mark=marks[1])
             figures.map_axes(ax)
-            letter = f"({'abcd'[2 * row + column]})"
-            ax.annotate(letter, (0.03, 0.93), xycoords="axes fraction", fontweight="bold")
+            ax.set_title(
+                f"({'abcd'[2 * row + column]}) {name.upper()}{', the end' * row}", loc="left", fontsize=10
+            )
             ax.set(xlim=boxes[row][0], ylim=boxes[row][1], aspect="equal", adjustable="box")
-    for ax in axes[0]:
-        ax.legend(loc="best", fontsize=8)
+    entries = [dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True)) for ax in axes[0]]
+    entries = entries[0] | entries[1]
+    names = ("MLE", "EKF", "90 % ellipse", "observer", "target")
+    handles = [entries[label] for label in names]
+    figure.legend(handles, names, loc="outside upper center", ncols=5, fontsize=9, markerscale=4)
     return figure
 
 
@@ -56,19 +60,28 @@ def _box(paths, margin=0.08):
 
 
 def histograms(number, errors):
-    """Histograms of the `line_of_sight.errors` at the three instants, with the bound's Gaussian."""
-    figure, axes = plt.subplots(1, 3, figsize=(7.6, 2.8), sharey=True)
-    bins = np.linspace(-4, 4, 33)
+    """Histograms of the `line_of_sight.errors` at the three instants, with the bound's Gaussian.
+
+    The axes reach from the smallest to the largest error, so that every run is in a bin; the scale of the
+    density is that of its square root, so that a spike leaves the bound visible.
+    """
+    figure, axes = plt.subplots(1, 3, figsize=(7.2, 3.1), sharey=True)
     for k, (ax, time) in enumerate(zip(axes, emw.instants(number), strict=True)):
-        for name in ESTIMATORS:
-            look = dict(histtype="step", linewidth=1.6, color=figures.colour(name), label=name.upper())
-            runs = len(errors[name])
-            density = np.full(runs, 4 / runs)  # over all runs, those outside the bins too
-            ax.hist(errors[name][:, k], bins, weights=density, **look)
-        ax.plot(bins, np.exp(-(bins**2) / 2) / np.sqrt(2 * np.pi), color="black", linewidth=1, label="bound")
+        every = np.concatenate([errors[name][:, k] for name in ESTIMATORS])
+        bins = np.arange(min(np.floor(every.min()), -4), max(np.ceil(every.max()), 4) + 0.25, 0.25)
+        for name, fill, alpha in (("ekf", True, 0.55), ("mle", False, 1.0)):
+            density = np.histogram(errors[name][:, k], bins)[0] / (0.25 * len(errors[name]))
+            look = dict(fill=fill, alpha=alpha, linewidth=1.6, color=figures.colour(name), label=name.upper())
+            ax.stairs(density, bins, **look)
+        fine = np.linspace(-4, 4, 161)
+        ax.plot(fine, np.exp(-(fine**2) / 2) / np.sqrt(2 * np.pi), color="black", linewidth=1, label="bound")
         ax.set_xlabel(f"Error at {time:.0f} s (σ)")
-    axes[0].set_ylabel("Density")
-    axes[0].legend(fontsize=8)
+        ax.set_yscale("function", functions=(lambda y: np.sqrt(np.maximum(y, 0)), np.square))
+    axes[0].set(ylabel="Density", ylim=0)
+    axes[0].set_yticks([0, 0.1, 0.4, 1, 2, 3], ["0", "0.1", "0.4", "1", "2", "3"])
+    axes[0].set_ylim(0, 1.15 * max(ax.dataLim.ymax for ax in axes))
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=3, fontsize=9)
     return figure
 
 
@@ -83,8 +96,9 @@ def shares_over_time(number, clouds, found):
 
     times = experiments.check_times(number)
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.6, 3.0), sharey=True)
-    for name, marker in zip(ESTIMATORS, "o^", strict=True):
+    for name, marker, style in zip(ESTIMATORS, "o^", ("-", "--"), strict=True):
         look = {"color": figures.colour(name), "marker": marker, "markersize": 4, "label": name.upper()}
+        look["linestyle"] = style
         left.plot(times, 100 * clouds[f"{name}_inside"].mean(axis=0), **look)
     right.plot(times, 100 * found["ekf_inside"].mean(axis=0), **look)
     for ax, runs in ((left, len(clouds["mle_inside"])), (right, len(found["ekf_inside"]))):

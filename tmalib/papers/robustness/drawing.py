@@ -10,34 +10,78 @@ from ...bearings import bearing, wrap
 from . import scenarios as paper
 from .filters import density
 
-WINDOW = (-10.0, 15.0), (-6.0, 8.0)  # km, the axes of the paper's Figure 1
-NORTH_OF_KALMAN = 14.0  # km: its first seconds are outside
+WINDOW = (-10.0, 15.0), (-6.0, 8.0)  # km, the axes of the paper's maps
 NAMES = ("$x$ (km)", "$y$ (km)", r"$\dot x$ (m/s)", r"$\dot y$ (m/s)")
 BLS = "BLS estimate"
 
 
-def courses(ax, found, *, kalman=False, particles=False):
-    """Map of target, platform and BLS track, ends circled; the Kalman filter's track, or the last cloud."""
+def map_and_window(tracks):
+    """Figures 1 to 3: a map of tracks, their ends circled, and beside it the same on the paper's axes.
+
+    ``tracks`` maps a label to positions ``(N, 2)`` in metres, the entity and the line style.
+    """
+    fig, (ax, small) = plt.subplots(1, 2, figsize=(7.0, 4.4), width_ratios=(1.5, 1))
+    for label, (positions, entity, style) in tracks.items():
+        for where, width in ((ax, 1.8), (small, 1.0)):
+            figures.path(where, positions, entity, label=label, linestyle=style, linewidth=width)
+        ax.plot(*positions[-1] / 1e3, "o", color=figures.colour(entity), markersize=9, fillstyle="none")
+    _limits(ax, [positions for positions, *_ in tracks.values()])
+    figures.map_axes(small, step=5)
+    small.set(xlim=WINDOW[0], ylim=WINDOW[1], aspect="equal", adjustable="box", anchor="S", ylabel="")
+    small.set_title("the paper's axes", fontsize=9)
+    handles, labels = ax.get_legend_handles_labels()
+    small.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 1.2))
+    return fig
+
+
+def _limits(ax, tracks, margin=0.6, step=2):
+    """Make a map with all tracks in it, kilometres around them."""
+    points = np.concatenate(tracks) / 1e3
+    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+    figures.map_axes(ax, step=step)
+    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", adjustable="box")
+
+
+def _tracks(found):
+    """Target, platform and BLS track by entity: positions, label and line style."""
     times = found.scenario.times
-    if particles:
-        figures.cloud(
-            ax, found.cloud[:: len(found.cloud) // 5000, :2], "null", "particles at the end", size=3
-        )
-    tracks = {
-        "target": (found.scenario.target.position_at(times), "target"),
-        "platform": (found.scenario.platform.position_at(times), "platform"),
-        "mle": (found.bls_at(times)[:, :2], BLS),
+    return {
+        "target": (found.scenario.target.position_at(times), "target", "-"),
+        "platform": (found.scenario.platform.position_at(times), "platform", "-"),
+        "mle": (found.bls_at(times)[:, :2], BLS, "--"),
     }
-    for entity, (positions, label) in tracks.items():
-        figures.path(ax, positions, entity, label)
-        ax.plot(*positions[-1] / 1e3, "o", color=figures.colour(entity), markersize=8, fillstyle="none")
-    if kalman:
-        figures.path(ax, found.kalman.state[:, :2], "ekf", "Kalman filter", linewidth=1.0)
-        ax.plot(*found.kalman.state[-1, :2] / 1e3, "x", color=figures.colour("ekf"), markersize=8)
-    figures.map_axes(ax, step=5)
-    ax.set_aspect("equal", adjustable="box")
-    ax.set_xlim(WINDOW[0])
-    ax.set_ylim(WINDOW[1][0], NORTH_OF_KALMAN if kalman else WINDOW[1][1])
+
+
+def courses(ax, found):
+    """Target, platform and BLS track on a map, their ends circled."""
+    for entity, (positions, label, style) in _tracks(found).items():
+        figures.path(ax, positions, entity, label, linestyle=style)
+        ax.plot(*positions[-1] / 1e3, "o", color=figures.colour(entity), markersize=9, fillstyle="none")
+
+
+def with_kalman(found, over_time):
+    """Figures 5 and 7: the map with the Kalman filter's track, its end magnified, and a drawing over time.
+
+    ``over_time(ax, found)`` draws the lower panel. The cross is the end of the filter's track.
+    """
+    fig, axes = plt.subplot_mosaic("ab;cc", figsize=(7.2, 6.4), height_ratios=(1.35, 1))
+    state, end = found.kalman.state[:, :2], found.scenario.target.position_at(paper.DURATION)
+    ends = np.stack([end, found.bls_at(paper.DURATION)[:2], state[-1]])
+    for name in "ab":
+        courses(axes[name], found)
+        cross = {"color": figures.colour("ekf"), "markersize": 11, "markeredgewidth": 2.5, "zorder": 5}
+        figures.path(axes[name], state, "ekf", "Kalman filter", linewidth=1.1)
+        axes[name].plot(*state[-1] / 1e3, "x", **cross)
+    _limits(axes["a"], [positions for positions, *_ in _tracks(found).values()] + [state[10:]], step=5)
+    _limits(axes["b"], [ends], margin=1.4, step=1)
+    axes["b"].set_ylabel("")
+    axes["a"].set_title("(a) all of it", loc="left", fontsize=10)
+    axes["b"].set_title("(b) the ends", loc="left", fontsize=10)
+    over_time(axes["c"], found)
+    axes["c"].set_title("(c)", loc="left", fontsize=10)
+    handles, labels = axes["a"].get_legend_handles_labels()
+    fig.legend(handles, labels, loc="outside upper center", ncols=4, fontsize=9)
+    return fig
 
 
 def kalman_distances(ax, found):
@@ -45,14 +89,14 @@ def kalman_distances(ax, found):
     times, track = found.kalman.times, found.kalman.state[:, :2]
     others = {
         "target": (found.scenario.target.position_at(times), "from the target", "-"),
-        "mle": (found.bls_at(times)[:, :2], "from the BLS track", "-"),
+        "mle": (found.bls_at(times)[:, :2], "from the BLS track", "--"),
     }
     for entity, (positions, label, style) in others.items():
         ax.semilogy(
             times, np.hypot(*(track - positions).T) / 1e3, style, color=figures.colour(entity), label=label
         )
     ax.set_xlabel("Time (s)")
-    ax.set_ylabel("Kalman filter's distance (km)")
+    ax.set_ylabel("Filter's distance (km)")
     ax.legend(loc="lower left")
 
 
@@ -97,13 +141,15 @@ def true_state(found):
 
 
 def cloud_and_marginals(found):
-    """Figure: the map with the last cloud, and the marginal densities of its four coordinates."""
-    fig = plt.figure(figsize=(9.2, 3.6))
-    left, right = fig.subfigures(1, 2, width_ratios=(1.35, 1))
-    ax = left.subplots()
-    courses(ax, found, particles=True)
-    ax.legend(loc="lower right", fontsize=8, markerscale=3)
-    marginals(right.subplots(2, 2).ravel(), found)
+    """Figures 6 and 8: the map with the last cloud, and the marginal densities of its four coordinates."""
+    fig, axes = plt.subplot_mosaic("aaaa;bcde", figsize=(7.2, 5.8), height_ratios=(2.4, 1))
+    cloud = found.cloud[:: len(found.cloud) // 5000, :2]
+    figures.cloud(axes["a"], cloud, "null", "particles at the end", size=3)
+    courses(axes["a"], found)
+    inside = np.quantile(cloud, [0.001, 0.999], axis=0)
+    _limits(axes["a"], [positions for positions, *_ in _tracks(found).values()] + [inside])
+    axes["a"].legend(loc="center left", bbox_to_anchor=(1.02, 0.5), fontsize=9, markerscale=4)
+    marginals([axes[name] for name in "bcde"], found)
     return fig
 
 
@@ -118,7 +164,7 @@ def draws(clouds, names):
         Case to what it is called.
     """
     settings = list(dict.fromkeys(setting for _, setting in clouds))
-    fig, axes = plt.subplots(len(names), len(settings), figsize=(9.2, 4.2), squeeze=False)
+    fig, axes = plt.subplots(len(names), len(settings), figsize=(7.6, 4.2), squeeze=False)
     for row, (case, name) in zip(axes, names.items(), strict=True):
         reach = np.concatenate(
             [f.along(f.cloud[::10, :2]) for setting in settings for f in clouds[case, setting]]
@@ -133,9 +179,8 @@ def draws(clouds, names):
             ax.set_ylim(bottom=0)
         row[0].set_ylabel(name)
     for ax, setting in zip(axes[0], settings, strict=True):
-        ax.set_title(setting, fontsize=9)
-    for ax in axes[-1]:
-        ax.set_xlabel("Place between BLS (0) and target (1)")
+        ax.set_title(setting, fontsize=8.5)
+    axes[-1, 1].set_xlabel("Place between BLS (0) and target (1)")
     return fig
 
 
@@ -144,7 +189,7 @@ def against_beta(swept, betas, names):
 
     ``swept`` maps a case to a list of `Filtered`, one for each of the ``betas``; open dots are degenerate.
     """
-    fig, axes = plt.subplots(1, len(names), figsize=(9.2, 3.2))
+    fig, axes = plt.subplots(1, len(names), figsize=(7.6, 3.2))
     for ax, (case, name) in zip(axes, names.items(), strict=True):
         levels = np.array(
             [np.quantile(f.along(f.cloud[:, :2]), [0.05, 0.25, 0.5, 0.75, 0.95]) for f in swept[case]]

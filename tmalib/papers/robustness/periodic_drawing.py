@@ -28,16 +28,17 @@ def fitted_errors(ax, periods, errors, settled, amplitude, marker, *, filled):
 def marked_period(ax, period, text):
     """A dashed vertical line at a period, with its name along it."""
     ax.axvline(period, color=figures.colour("platform"), linestyle="--", linewidth=1)
-    ax.text(period / 1.03, 0.08, text, color=figures.colour("platform"), rotation=90, va="bottom", ha="right")
+    look = {"color": figures.colour("platform"), "fontsize": 9, "va": "bottom", "ha": "right"}
+    ax.text(period / 1.05, 0.08, text, **look)
 
 
 def inset_near_one_sample(ax, scenario):
     """Inset at the upper left: error per metre, first order, for periods near one sample (40 ms)."""
-    inset = ax.inset_axes([0.13, 0.6, 0.22, 0.38])
+    inset = ax.inset_axes([0.1, 0.66, 0.24, 0.32])
     near = np.linspace(0.0393, 0.0407, 3000)
     inset.semilogy(near * 1e3, worst_phase(scenario, near), color="black", linewidth=0.9)
     inset.set_xlabel("ms", fontsize=8, labelpad=1)
-    inset.tick_params(labelsize=7)
+    inset.tick_params(labelsize=8)
 
 
 def displaced_courses(ax, scenario, displacement, state):
@@ -53,7 +54,8 @@ def displaced_courses(ax, scenario, displacement, state):
         "BLS estimate": (state[:2] + times[:, None] * state[2:], "mle", 1.2, 6),
     }
     for label, (positions, entity, width, circle) in tracks.items():
-        figures.path(ax, positions, entity, label=label, linewidth=width)
+        style = "--" if entity == "mle" else "-"
+        figures.path(ax, positions, entity, label=label, linewidth=width, linestyle=style)
         if circle:
             mark = {"markerfacecolor": "none", "markersize": circle, "markeredgewidth": 1.5}
             ax.plot(*positions[-1] / 1e3, "o", color=figures.colour(entity), **mark)
@@ -74,7 +76,7 @@ def tenth_and_full_size(ax, places, tenth, full):
 def levels(ax, *, noise, independent):
     """Horizontal lines: what the noise of the bearings does, and independent perturbations, in metres."""
     ax.axhline(noise, color=figures.colour("target"), linewidth=1, label="noise of the bearings")
-    ax.axhline(independent, color=figures.colour("null"), linewidth=1, label="independent, 15 m")
+    ax.axhline(independent, color=figures.colour("null"), ls="-.", linewidth=1, label="independent, 15 m")
 
 
 def against_gaussian(ax, errors, deviation):

@@ -11,7 +11,7 @@ from ...judging.verdict import FEW, MOST
 
 MARGINS = 0.05, 50.0  # edges of the drawing of all scenarios
 MARKS = "os^vP"  # of the forms of the manoeuvre
-ENTITIES = ("mle", "platform", "target", "ekf", "null")
+ENTITIES = ("mle", "platform", "target", "light", "null")
 
 
 def in_scenarios(phrases, reference, values):
@@ -105,7 +105,7 @@ def shares_against_limits(phrases, values, names):
     """
     columns = 3
     rows = -(-len(names) // columns)
-    fig, axes = plt.subplots(rows, columns, figsize=(9.2, 2.3 * rows), sharey=True, squeeze=False)
+    fig, axes = plt.subplots(rows, columns, figsize=(7.6, 2.3 * rows), sharey=True, squeeze=False)
     for ax, name in zip(axes.ravel(), names, strict=False):
         least, most = phrases[name].at_least, phrases[name].at_most
         asked = most if least is None else least
