@@ -36,8 +36,9 @@
     const value = axis.log ? Math.log10 : (v) => v;
     return (v) => from + ((value(v) - value(low)) / (value(high) - value(low))) * (to - from);
   };
-  const ticksOf = (axis, [low, high]) => {
+  const ticksOf = (axis, limits) => {
     if (axis.ticks.length) return axis.ticks;
+    const low = Math.min(...limits), high = Math.max(...limits);
     const rough = (high - low) / 5, power = 10 ** Math.floor(Math.log10(rough));
     const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough);
     const count = Math.floor(high / step + 1e-9) - Math.ceil(low / step - 1e-9) + 1;
