@@ -155,6 +155,7 @@ def _along_the_axis(ax, scenario, markersize):
     ax.plot(0, scenes.ARRAY_DEPTH, "s", color=figures.colour("platform"))
     ax.axhspan(-120, 0, color=WATER)
     ax.set(xlim=(-1600, 1600), ylim=(1500, -120), xlabel="Across the axis (m)", aspect="equal")
+    ax.set_xticks([-1000, 0, 1000])
 
 
 def circles_around_the_axis(ax, scenario, circles):
