@@ -28,7 +28,7 @@ def situation(fit, frame=None):
     time and its position at the reference time with the ellipse of 90 per cent, or with the likelihood region
     where the range is known to no better than a third. A run that has not converged has no target there, only
     the region of what the measurements allow. At the right are the residuals in standard deviations with
-    lines at two, a colour and a mark a sensor; those beyond four are ringed, or at the edge if they are beyond six.
+    lines at two, a colour and a mark a sensor; those beyond four are ringed, at the edge if beyond six.
 
     Parameters
     ----------
