@@ -64,7 +64,7 @@ def rays_and_images(ax, paths, array_depth, target_depth, bottom, distance):
         depth = array_depth + image_depth(path, target_depth, array_depth, bottom) * x / distance
         ax.plot(x / 1e3, folded(depth, bottom), style, color=colour, label=name)
         if not path.is_direct:
-            ax.plot(x / 1e3, depth, ":", color=colour, linewidth=1)
+            ax.plot(x / 1e3, depth, style, color=colour, linewidth=0.7)
             ax.plot(distance / 1e3, depth[-1], "o", markerfacecolor="none", color=colour)
     _ends_of_rays(ax, array_depth, target_depth, distance)
     ax.set(ylim=(16200, -250), xlabel="Horizontal distance (km)", ylabel="Depth (m)")
