@@ -13,6 +13,7 @@ SHELL := bash
 
 PYTHON = $(shell command -v python3.11 || command -v python3)
 JOBS = 2
+SEEDS = 1 2 3 4 5
 VENV = .venv
 BIN = $(VENV)/bin
 ENV = $(VENV)/.tmalib
@@ -39,7 +40,7 @@ unexport MPLBACKEND MATPLOTLIBRC PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONWARNI
   PYTHONSAFEPATH PYTHONPLATLIBDIR PYTEST_ADDOPTS PYTEST_PLUGINS JUPYTER_PATH JUPYTER_CONFIG_PATH \
   PIP_USER PIP_TARGET PIP_PREFIX PIP_ROOT PIP_PYTHON VIRTUAL_ENV
 
-.PHONY: help env lock lint notebooks claims book test unit site-test figures bench serve clean FORCE
+.PHONY: help env lock lint notebooks claims book test unit site-test figures bench reseed study study-lock serve clean FORCE
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/\1\t\2/p' Makefile | expand -t 14
@@ -113,18 +114,40 @@ site-test: $(ENV)  ## check the built book in Chromium
 bench: $(ENV)  ## measure the estimators: speed, and fits without a start that are lost
 	$(BIN)/python -m pytest tests/benchmarks -s
 
+# From the package index, by version and hash: recorded tracks, and Stone Soup with what it needs, in an environment
+# of its own. What is counted goes into tmalib/study, the book reads it there; continuous integration does not run it.
+STUDY = build/study
+study: $(ENV)  ## bearings between recorded ships and aircraft, and Stone Soup's answers, anew: tmalib/study (10 minutes)
+	rm -rf $(STUDY) && mkdir -p $(STUDY)
+	$(BIN)/python -m venv $(STUDY)/venv
+	$(STUDY)/venv/bin/python -m pip install --quiet --require-hashes --only-binary :all: -r tools/study/environment.txt
+	$(STUDY)/venv/bin/python -m pip download --quiet --no-deps --no-build-isolation --require-hashes \
+	  -r tools/study/archives.txt --dest $(STUDY)/archives
+	$(BIN)/python tools/study.py $(STUDY)/archives
+	$(STUDY)/venv/bin/python tools/study/stone_soup.py tmalib/samples/ownship.csv tmalib/samples/bearings.csv \
+	  > $(STUDY)/stone_soup.csv
+	mv $(STUDY)/stone_soup.csv tmalib/study
+
+study-lock: $(ENV)  ## compile tools/study/environment.in into its environment.txt
+	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --only-binary :all: \
+	  --custom-compile-command "make study-lock" tools/study/environment.in -o tools/study/environment.txt
+
 figures: claims  ## write every figure and table to figures/
 	rm -rf figures && cp -R build/figures figures
 
-lint: $(ENV)  ## style, notebooks without outputs, import directions, citation file, workflow
+lint: $(ENV)  ## style, notebooks without outputs, import directions, types, citation file, workflow
 	@echo "==> Lint"
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	find notebooks -name '*.ipynb' ! -path '*/.ipynb_checkpoints/*' -exec $(BIN)/nbstripout --verify {} +
 	$(BIN)/lint-imports --no-cache
+	$(BIN)/mypy --cache-dir build/mypy
 	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(BIN)/zizmor --offline --no-progress -qq .github/workflows
+
+reseed: claims  ## judge with other seeds, and list the verdicts that change (SEEDS="1 2")
+	$(BIN)/python tools/reseed.py $(SEEDS) $(CHAPTERS)
 
 serve:  ## show the built book at http://localhost:8000
 	$(PYTHON) -m http.server --directory build/html 8000

@@ -185,6 +185,21 @@ def test_the_bound_is_that_of_the_library(capsys):
     assert table(capsys.readouterr().out) == said
 
 
+@pytest.mark.parametrize("person", [True, False])
+def test_long_work_is_told_to_a_person_only(person, capsys, monkeypatch):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: person, raising=False)
+    simulate("--ownship", "turning.csv", *PLAN, *TARGET, "--out", "x.csv", "--runs", "101")
+    told = capsys.readouterr()
+    count = len(Path("x-101.csv").read_text(encoding="utf-8").splitlines()) - 1
+    lines = [
+        f"simulating 101 times {count} bearings ...",
+        "50 of 101 files written ...",
+        "100 of 101 files written ...",
+    ]
+    assert told.err.splitlines() == (lines if person else [])
+    assert told.out.startswith(f"{count} bearings in x-1.csv, x-101.csv")
+
+
 def test_a_seed_makes_the_same_file():
     plan = ["--ownship", "turning.csv", *PLAN, *TARGET, "--out"]
     for name, seed in (("a.csv", "1"), ("b.csv", "1"), ("c.csv", "2")):

@@ -141,7 +141,7 @@ def test_statistics_of_a_fit_leave_out_what_did_not_converge(scenario):
     [
         (lambda: PAPER.stream("nonsense").chunk(), "stream must be one of"),
         (lambda: tma.Stream(""), "must be a text that is not empty"),
-        (lambda: tma.monte_carlo(draw, 0, "example"), "runs must be a positive integer"),
+        (lambda: tma.monte_carlo(draw, -1, "example"), "runs must be an integer that is not negative"),
         (lambda: tma.statistics(np.zeros(5)), "errors must have shape"),
         (
             lambda: tma.statistics(np.full((9, 2), np.nan)),

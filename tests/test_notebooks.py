@@ -68,9 +68,14 @@ def test_assertions_are_introduced_and_folded(path):
         k for k, cell in enumerate(cells) if cell.metadata.get("mystnb", {}).get("code_prompt_show") == FOLD
     ]
     assert folded
-    assert folded[-1] == max(k for k, cell in enumerate(cells) if cell.cell_type == "code"), (
-        "they close the chapter"
+    stated = [k for k, cell in enumerate(cells) if "\n## Statement by statement\n" in cell.source] or [
+        len(cells)
+    ]
+    code = [k for k, cell in enumerate(cells) if cell.cell_type == "code"]
+    assert folded[-1] == max(k for k in code if k < stated[0]), (
+        "they close the chapter, but for the statements"
     )
+    assert all("hide-input" in tags(cells[k]) for k in code if k > stated[0])
     for k in folded:
         assert {"hide-input", "remove-output"} <= tags(cells[k])
         assert "assert" in cells[k].source

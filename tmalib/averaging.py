@@ -9,12 +9,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .checks import check_count, check_is
 from .scenario import Scenario
+from .types import FloatArray
 
 
-def average_measurements(scenario, angles, together):
+def average_measurements(scenario: Scenario, angles: ArrayLike, together: int) -> tuple[Scenario, FloatArray]:
     """The scenario with means of successive measurements, and these means.
 
     Parameters
@@ -58,7 +60,7 @@ def average_measurements(scenario, angles, together):
         sensors.append(replace(sensor, times=times, sigma=_of_means(sensor, together)))
         first = angles[..., columns.start, None]
         offsets = sensor.model.residual(angles[..., columns], first)  # from the first, so that none wraps
-        means.append(first + offsets.reshape(*angles.shape[:-1], -1, together).mean(axis=-1))
+        means.append(first + offsets.reshape(*angles.shape[:-1], len(times), together).mean(axis=-1))
     return replace(scenario, sensors=sensors), np.concatenate(means, axis=-1)
 
 

@@ -11,30 +11,32 @@ processor's cache; results do not depend on the size of a block.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import status as words
-from .bounds import information_rank
-from .charts import Cartesian, chart_of
+from .bounds import brought_near, information_rank
+from .charts import Cartesian, ChartMaker, chart_of
 from .checks import check_broadcast, check_count, check_flag, check_is, check_scalar
 from .cosine_starts import has_cosines, lowest_of_grid
 from .estimate import Fit
-from .levenberg_marquardt import minimise_in_blocks
+from .levenberg_marquardt import Settings, minimise_in_blocks
 from .losses import SQUARES, check_loss, value_and_weight
 from .robust import CLOSER, fit_robustly
 from .scenario import Scenario
 from .starts import fit_without_start, starts_at_ranges
+from .types import BoolArray, FloatArray, IntArray, Motion
 from .uniform import PLANE, is_uniform, moving_pairs, propagate
 from .unknown_sigma import with_estimated_sigmas
 
 FLAT = 1e-9  # a scaled determinant of the information below which its rank is looked at
-NEAR = 1e5  # metres
 
 
-def first_bearing(scenario):
+def first_bearing(scenario: Scenario) -> tuple[int, Motion]:
     """Column of the earliest measurement that is a bearing, and the platform of its sensor.
 
     Of two at the same time the first sensor's. `ValueError` if no sensor measures bearings.
@@ -47,7 +49,9 @@ def first_bearing(scenario):
     return block.columns.start, scenario.platform_of(block.sensor)
 
 
-def along_first_bearing(scenario, angles, range, others=None):
+def along_first_bearing(
+    scenario: Scenario, angles: ArrayLike, range: float, others: Mapping[str, float] | None = None
+) -> FloatArray:
     """Start at rest at a chosen range along the first bearing of each run.
 
     ``X_init = r_init [sin theta(t_1), cos theta(t_1), 0, 0]`` from the platform's position at t_1, the
@@ -87,16 +91,16 @@ def along_first_bearing(scenario, angles, range, others=None):
 
 
 def fit(
-    scenario,
-    angles,
-    start=None,
+    scenario: Scenario,
+    angles: ArrayLike,
+    start: ArrayLike | None = None,
     *,
-    chart=None,
-    safeguard=True,
-    tolerance=1e-2,
-    max_iterations=100,
-    loss=SQUARES,
-):
+    chart: ChartMaker | None = None,
+    safeguard: bool = True,
+    tolerance: float = 1e-2,
+    max_iterations: int = 100,
+    loss: str = SQUARES,
+) -> Fit:
     """Maximum likelihood (least squares) estimate of the state for every run, or a robust one.
 
     Parameters
@@ -158,11 +162,11 @@ def fit(
     start = None if start is None else scenario.check_state(start)
     tolerance = check_scalar("tolerance", tolerance, above=0.0)
     max_iterations = check_count("max_iterations", max_iterations)
-    settings = (chart, check_flag("safeguard", safeguard), tolerance, max_iterations)
+    settings = Settings(chart, check_flag("safeguard", safeguard), tolerance, max_iterations)
     estimated = tuple(scenario.unknown_sigmas)
     if check_loss(loss) != SQUARES:
         scenario.sigma  # noqa: B018  a robust loss needs it: refused here
-        settings = (*settings[:2], tolerance / CLOSER, max_iterations, value_and_weight)
+        settings = settings._replace(tolerance=tolerance / CLOSER, loss=value_and_weight)
     if estimated:
         again = partial(fit, angles=angles, start=start, chart=chart)
         scenario = with_estimated_sigmas(scenario, angles, again)
@@ -198,7 +202,7 @@ def _can_start(scenario, start=None):
     return start is not None or any(bearings) or has_cosines(scenario)
 
 
-def without_gaps(scenario, angles):
+def without_gaps(scenario: Scenario, angles: FloatArray) -> Iterator[tuple[Scenario, BoolArray, IntArray]]:
     """Runs ``(runs, N)`` with the same measurements missing, as scenarios without these.
 
     Yields the scenario, the mask of what is there ``(N,)`` and the indices of the runs. A run without any
@@ -212,7 +216,7 @@ def without_gaps(scenario, angles):
 
 def _fit_what_is_there(scenario, angles, start, settings):
     """State, status, iterations and criterion of runs ``(runs, N)``: those with the same gaps go together."""
-    complete = _fit_complete if len(settings) == 4 else _fit_robustly
+    complete = _fit_robustly if settings.loss else _fit_complete
     if not np.isnan(angles).any():
         return complete(scenario, angles, start, settings)
     runs, n = len(angles), len(scenario.coordinates)
@@ -242,18 +246,6 @@ def _look_from_all_ranges(scenario, measured, settings, before, tame=None):
             before.put([0], found.of([np.argmin(cost)]))
 
 
-def _brought_near(scenario, state):
-    """States ``(runs, n)`` with those far away scaled towards the platform: out there all ranks are lost."""
-    if not is_uniform(scenario.coordinates):
-        return state
-    (places, speeds), state = moving_pairs(scenario.coordinates), state.copy()
-    here = scenario.platform.position_at(scenario.times[0])
-    away = state[:, places] - here
-    share = np.minimum(1, NEAR / np.maximum(NEAR, np.hypot(*away.T)))[:, None]
-    state[:, places], state[:, speeds] = here + share * away, share * state[:, speeds]
-    return state
-
-
 def _fit_complete(scenario, angles, start, settings):
     """`_fit_what_is_there` for runs without a gap."""
     without, (chart, *others) = start is None, settings
@@ -272,7 +264,7 @@ def _fit_complete(scenario, angles, start, settings):
     doubtful = np.flatnonzero(~(converged & (volume > FLAT)) & (status != words.NOT_FINITE))
     if len(doubtful):
         end = np.where(converged[doubtful, None], state[doubtful], start[doubtful])
-        rank = information_rank(scenario, _brought_near(scenario, end))
+        rank = information_rank(scenario, brought_near(scenario, end))
         status[doubtful[(rank >= 0) & (rank < end.shape[-1])]] = words.NOT_OBSERVABLE
     away = np.flatnonzero(status == words.RAN_AWAY)
     if len(away) and without:
@@ -280,7 +272,7 @@ def _fit_complete(scenario, angles, start, settings):
         for run in away if not has_cosines(scenario) else ():
             _look_from_all_ranges(scenario, angles[run], others, found.of(slice(run, run + 1)))
     elif len(away) and _can_start(scenario):
-        nearer = _fit_complete(scenario, angles[away], None, (None, True, *others[1:]))
+        nearer = _fit_complete(scenario, angles[away], None, settings._replace(chart=None, safeguard=True))
         lowest = (nearer[1] != words.CONVERGED) | (nearer[3] > cost[away])
         status[away[lowest]] = words.NO_MINIMUM
     return state, status, iterations, cost
@@ -290,7 +282,7 @@ def _fit_robustly(scenario, angles, start, settings):
     """`_fit_complete` for a robust loss."""
 
     def by_squares(tame):
-        return _fit_complete(scenario, tame, start, settings[:4])
+        return _fit_complete(scenario, tame, start, settings._replace(loss=None))
 
     def look(run, found, tame):
         if _can_start(scenario) and not has_cosines(scenario):

@@ -31,14 +31,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .checks import as_numbers, check_broadcast, check_scalar
+from .types import FloatArray, Motion, StateRows
 
 TWO_PI = 2 * np.pi
 TOUCHING = 1e-6  # metres: a target nearer than this is on the platform and has no bearing
 
 
-def wrap(angle):
+def wrap(angle: ArrayLike) -> FloatArray:
     """The angle in radians brought into [-pi, pi], the one place where angles are wrapped."""
     angle = as_numbers("angle", angle)
     return angle - TWO_PI * np.rint(angle / TWO_PI)
@@ -52,18 +54,18 @@ def _vectors(name, value):
     return value
 
 
-def bearing(displacement):
+def bearing(displacement: ArrayLike) -> FloatArray:
     """Bearing ``atan2(dx, dy)`` of displacements ``(..., 2)``, in radians clockwise from north."""
-    displacement = _vectors("displacement", displacement)
-    return np.arctan2(displacement[..., 0], displacement[..., 1])
+    dx, dy = np.moveaxis(_vectors("displacement", displacement), -1, 0)
+    return np.arctan2(dx, dy)
 
 
-def bearing_unless_touching(displacement):
+def bearing_unless_touching(displacement: FloatArray) -> FloatArray:
     """`bearing`, NaN for a target on the platform, which has none."""
     return np.where(np.hypot(*np.moveaxis(displacement, -1, 0)) > TOUCHING, bearing(displacement), np.nan)
 
 
-def propagation_delay(displacement, velocity, c):
+def propagation_delay(displacement: ArrayLike, velocity: ArrayLike, c: float) -> FloatArray:
     """Time that sound needs from a target in constant velocity motion to the observer.
 
     Parameters
@@ -106,7 +108,9 @@ def propagation_delay(displacement, velocity, c):
     return delay_of(dx, dy, vx, vy, c)
 
 
-def delay_of(dx, dy, vx, vy, c):
+def delay_of(
+    dx: FloatArray, dy: FloatArray, vx: FloatArray, vy: FloatArray, c: float | FloatArray
+) -> FloatArray:
     radial = vx * dx + vy * dy
     slack = c * c - (vx * vx + vy * vy)
     if not np.min(slack, initial=np.inf) > 0:  # as fast as sound: such a state predicts nothing
@@ -114,7 +118,7 @@ def delay_of(dx, dy, vx, vy, c):
     return (np.sqrt(radial * radial + slack * (dx * dx + dy * dy)) - radial) / slack
 
 
-def displacement(state, observer, elapsed):
+def displacement(state: StateRows, observer: StateRows, elapsed: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Target minus platform at the measurement times, as two fresh arrays."""
     x, y, vx, vy = state
     dx, dy = elapsed * vx, elapsed * vy
@@ -125,7 +129,9 @@ def displacement(state, observer, elapsed):
     return dx, dy
 
 
-def delayed_bearing(state, observer, elapsed, c):
+def delayed_bearing(
+    state: StateRows, observer: StateRows, elapsed: FloatArray, c: float | FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Bearing theta of the emission point, its gradient by ``x, y, vx, vy``, and sine and cosine of theta."""
     _, _, vx, vy = state
     dx, dy = displacement(state, observer, elapsed)
@@ -142,7 +148,14 @@ def delayed_bearing(state, observer, elapsed, c):
     return np.arctan2(dx, dy), gradient, sin, cos
 
 
-def delay_of_motion(target, here, times, c, tolerance=1e-12, max_iterations=2000):
+def delay_of_motion(
+    target: Motion,
+    here: FloatArray,
+    times: FloatArray,
+    c: float,
+    tolerance: float = 1e-12,
+    max_iterations: int = 2000,
+) -> FloatArray:
     """Delay of what is heard at the places ``here``, ``(N, 2)``, at the ``times``, of any motion.
 
     It is the fixed point of ``tau = |P_T(t - tau) - P_O(t)| / c``; the iteration contracts by the ratio of
@@ -160,7 +173,7 @@ def delay_of_motion(target, here, times, c, tolerance=1e-12, max_iterations=2000
     raise ValueError(f"no propagation delay found for c = {c} m/s: is the target slower than sound?")
 
 
-def sound_if_faster(c, vx, vy):
+def sound_if_faster(c: float | FloatArray, vx: FloatArray, vy: FloatArray) -> FloatArray:
     """``c`` where sound is faster than the target, NaN elsewhere: such a state predicts nothing."""
     return np.where(c > np.hypot(vx, vy), c, np.nan)
 
@@ -171,11 +184,11 @@ class _Angle:
     coordinates = ("x", "y", "vx", "vy")
     is_bearing = True
 
-    def observer_state(self, platform, times):
+    def observer_state(self, platform: Motion, times: FloatArray) -> FloatArray:
         """Position of the platform, shape ``(2, N)``."""
         return np.ascontiguousarray(platform.position_at(times).T)
 
-    def residual(self, measured, predicted):
+    def residual(self, measured: FloatArray, predicted: FloatArray) -> FloatArray:
         """Difference of two angles, in [-pi, pi]."""
         return wrap(measured - predicted)
 
@@ -184,7 +197,9 @@ class _Angle:
 class Bearing(_Angle):
     """Instantaneous bearing (electromagnetic or optical), `emw-acoustic` equation (6)."""
 
-    def value_and_gradient(self, state, observer, elapsed):
+    def value_and_gradient(
+        self, state: StateRows, observer: FloatArray, elapsed: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         dx, dy = displacement(state, observer, elapsed)
         scale = 1.0 / (dx * dx + dy * dy)
         gradient = np.empty((4, *dx.shape))
@@ -193,7 +208,7 @@ class Bearing(_Angle):
         np.multiply(elapsed, gradient[:2], out=gradient[2:])
         return np.arctan2(dx, dy), gradient
 
-    def observe(self, target, platform, times):
+    def observe(self, target: Motion, platform: Motion, times: FloatArray) -> FloatArray:
         """Bearing of the target at the ``times``, in radians, shape ``(N,)``."""
         return bearing_unless_touching(target.position_at(times) - platform.position_at(times))
 
@@ -210,13 +225,22 @@ class DelayedBearing(_Angle):
 
     c: float = 1500.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_scalar("c", self.c, above=0.0)
 
-    def value_and_gradient(self, state, observer, elapsed):
+    def value_and_gradient(
+        self, state: StateRows, observer: FloatArray, elapsed: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         return delayed_bearing(state, observer, elapsed, self.c)[:2]
 
-    def observe(self, target, platform, times, tolerance=1e-12, max_iterations=2000):
+    def observe(
+        self,
+        target: Motion,
+        platform: Motion,
+        times: FloatArray,
+        tolerance: float = 1e-12,
+        max_iterations: int = 2000,
+    ) -> FloatArray:
         """Delayed bearing of any motion slower than sound, shape ``(N,)``, in radians."""
         times, here = np.asarray(times, dtype=float), platform.position_at(times)
         tau = delay_of_motion(target, here, times, self.c, tolerance, max_iterations)

@@ -12,10 +12,13 @@ name; sensors with biases of their own have names of their own.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from .checks import check_has, check_scalar
+from .models import MeasurementModel
+from .types import FloatArray, Motion, StateRows
 from .uniform import BENDING, KINEMATIC
 
 
@@ -51,11 +54,11 @@ class Biased:
     array([0.02, 0.02])
     """
 
-    model: object
+    model: MeasurementModel
     name: str = "bias"
     true_bias: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_has("model", self.model, "coordinates", "observer_state", "value_and_gradient", "residual")
         taken = {*self.model.coordinates, *KINEMATIC, *BENDING}
         if not isinstance(self.name, str) or not self.name or self.name in taken:
@@ -63,38 +66,41 @@ class Biased:
         check_scalar("true_bias", self.true_bias)
 
     @property
-    def coordinates(self):
+    def coordinates(self) -> tuple[str, ...]:
         """Those of the model, then the bias."""
         return (*self.model.coordinates, self.name)
 
     @property
-    def is_bearing(self):
+    def is_bearing(self) -> bool:
         """As the model: a first guess may start along a biased bearing."""
         return getattr(self.model, "is_bearing", False)
 
     @property
-    def guess(self):
+    def guess(self) -> dict[str, float]:
         """No bias, and what the model guesses."""
         return {**getattr(self.model, "guess", {}), self.name: 0.0}
 
     @property
-    def truth(self):
+    def truth(self) -> dict[str, float]:
         """The bias in simulation, and what the model says is true."""
         return {**getattr(self.model, "truth", {}), self.name: self.true_bias}
 
-    def observer_state(self, platform, times):
+    def observer_state(self, platform: Motion, times: FloatArray) -> FloatArray:
         """As the model."""
         return self.model.observer_state(platform, times)
 
-    def value_and_gradient(self, state, observer, elapsed):
+    def value_and_gradient(
+        self, state: StateRows, observer: FloatArray, elapsed: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         *own, bias = state
         value, gradient = self.model.value_and_gradient(own, observer, elapsed)
         return value + bias, np.concatenate([gradient, np.ones((1, *value.shape))])
 
-    def residual(self, measured, predicted):
+    def residual(self, measured: FloatArray, predicted: FloatArray) -> FloatArray:
         """As the model: wrapped for an angle."""
         return self.model.residual(measured, predicted)
 
-    def observe(self, target, platform, times):
+    def observe(self, target: Motion, platform: Motion, times: FloatArray) -> FloatArray:
         """What the model would measure plus the true bias, shape ``(N,)``."""
-        return self.model.observe(target, platform, times) + self.true_bias
+        model: Any = self.model  # `observe` is optional
+        return model.observe(target, platform, times) + self.true_bias

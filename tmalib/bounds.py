@@ -9,20 +9,24 @@ but a triangle whose condition number is that of the scaled ``J``, not its squar
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .checks import as_numbers, check_broadcast, check_count, check_is, check_probability
 from .scenario import Scenario
-from .uniform import POSITION, is_uniform, propagate
+from .types import FloatArray, IntArray
+from .uniform import POSITION, is_uniform, moving_pairs, propagate
 
 RANK_TOLERANCE = 1e-12  # singular value of the scaled Jacobian, relative to the largest
 CLOSE = 1e-6  # below this, rounding is looked at
+NEAR = 1e5  # metres
 SINGULAR = 1e-14  # eigenvalue of a correlation matrix, relative to the largest: rounding is 1 per cent
 
 
-def whitened_jacobian(scenario, state=None):
+def whitened_jacobian(scenario: Scenario, state: ArrayLike | None = None) -> FloatArray:
     """Gradient of every measurement over its standard deviation, shape ``(..., N, n)``.
 
     ``state``, shape ``(..., n)``, defaults to the truth. In a batch, a member is NaN where its state or its
@@ -45,7 +49,7 @@ def whitened_jacobian(scenario, state=None):
     return jacobian
 
 
-def fisher_information(scenario, state=None):
+def fisher_information(scenario: Scenario, state: ArrayLike | None = None) -> FloatArray:
     """Fisher information matrix of the state at the reference time.
 
     Parameters
@@ -76,13 +80,13 @@ def fisher_information(scenario, state=None):
 class Factors(NamedTuple):
     """A whitened Jacobian with columns of unit length, factored; see `factor`."""
 
-    triangle: np.ndarray
-    length: np.ndarray
-    singular: np.ndarray
-    rank: np.ndarray
+    triangle: FloatArray
+    length: FloatArray
+    singular: FloatArray
+    rank: IntArray
 
 
-def factor(scenario, state, jacobian):
+def factor(scenario: Scenario, state: FloatArray, jacobian: FloatArray) -> Factors:
     """Factors of whitened Jacobians ``(..., N, n)`` at states ``(..., n)``; NaN where one is not finite.
 
     Returns
@@ -97,7 +101,7 @@ def factor(scenario, state, jacobian):
     scaled = jacobian / length[..., None, :]
     finite = np.isfinite(length).all(axis=-1)
     scaled[~finite] = 0.0  # LAPACK raises for all when one is NaN
-    triangle = np.linalg.qr(scaled, mode="r")
+    triangle: Any = np.linalg.qr(scaled, mode="r")  # an array
     singular = np.linalg.svd(triangle, compute_uv=False)
     least = np.full(finite.shape, RANK_TOLERANCE)
     close = finite & (singular[..., -1] < CLOSE * singular[..., 0])
@@ -122,7 +126,7 @@ def _rounding(scenario, state):
         return 16 * np.finfo(float).eps * largest / nearest
 
 
-def inverse_information(factors):
+def inverse_information(factors: Factors) -> FloatArray:
     """The inverse of the information, ``(..., n, n)``; NaN for a member without full rank."""
     n = factors.length.shape[-1]
     observable = np.asarray(factors.rank == n)
@@ -134,7 +138,7 @@ def inverse_information(factors):
     return bound
 
 
-def weakest_direction(factors):
+def weakest_direction(factors: Factors) -> FloatArray:
     """The direction of the state ``(..., n)`` that the measurements tell least, its largest component one.
 
     Each component is measured in the standard deviation that it would have if all others were known.
@@ -145,12 +149,12 @@ def weakest_direction(factors):
     return direction / np.take_along_axis(direction, largest, axis=-1) + 0.0  # no -0
 
 
-def in_words(names, direction):
+def in_words(names: Sequence[str], direction: FloatArray) -> str:
     """A direction of the state as ``(x, y) = (1, 0.5)``."""
     return f"({', '.join(names)}) = ({', '.join(f'{part:.3g}' for part in direction)})"
 
 
-def information_rank(scenario, state=None):
+def information_rank(scenario: Scenario, state: ArrayLike | None = None) -> IntArray:
     """Rank of the Fisher information, shape ``(...)``: how many directions of the state are observable.
 
     Singular values of the column-scaled Jacobian below 1e-12 of the largest count as zero. In a batch, a
@@ -160,12 +164,24 @@ def information_rank(scenario, state=None):
     return _factored(scenario, state).rank
 
 
+def brought_near(scenario: Scenario, state: FloatArray) -> FloatArray:
+    """States ``(runs, n)`` with those far away scaled towards the platform: out there all ranks are lost."""
+    if not is_uniform(scenario.coordinates):
+        return state
+    (places, speeds), state = moving_pairs(scenario.coordinates), state.copy()
+    here = scenario.platform.position_at(scenario.times[0])
+    away = state[:, places] - here
+    share = np.minimum(1, NEAR / np.maximum(NEAR, np.hypot(*away.T)))[:, None]
+    state[:, places], state[:, speeds] = here + share * away, share * state[:, speeds]
+    return state
+
+
 def _factored(scenario, state):
     jacobian = whitened_jacobian(scenario, state)
     return factor(scenario, scenario.check_state(scenario.state if state is None else state), jacobian)
 
 
-def crlb(scenario, state=None):
+def crlb(scenario: Scenario, state: ArrayLike | None = None) -> FloatArray:
     """Cramér-Rao lower bound, the inverse of the Fisher information.
 
     Parameters
@@ -200,7 +216,7 @@ def crlb(scenario, state=None):
     return inverse_information(factors)
 
 
-def crlb_sigma(scenario, state=None):
+def crlb_sigma(scenario: Scenario, state: ArrayLike | None = None) -> FloatArray:
     """Square roots of the bound's diagonal, shape ``(..., n)``: the smallest standard deviations.
 
     NaN and `ValueError` as in `crlb`.
@@ -208,7 +224,7 @@ def crlb_sigma(scenario, state=None):
     return np.sqrt(np.diagonal(crlb(scenario, state), axis1=-2, axis2=-1))
 
 
-def nees(state, truth, covariance):
+def nees(state: ArrayLike, truth: ArrayLike, covariance: ArrayLike) -> FloatArray:
     """Normalised estimation error squared ``(X^ - X)' P^-1 (X^ - X)``.
 
     Parameters
@@ -263,7 +279,7 @@ def nees(state, truth, covariance):
         return np.where(regular & (found >= 0) & (found < np.inf), found, np.nan)[()]
 
 
-def nees_limits(n, runs, probability=0.9):
+def nees_limits(n: int, runs: int, probability: float = 0.9) -> FloatArray:
     """Limits that hold the mean NEES of ``runs`` independent runs with the given probability.
 
     ``runs`` times the mean is chi-square with ``n runs`` degrees of freedom.

@@ -18,13 +18,30 @@ of the state other than ``x, y, vx, vy`` stay what they are.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .checks import check_array, set_fields
+from .types import Array, FloatArray, Motion
 from .uniform import PLANE, is_uniform, moving_pairs
+
+
+class Chart(Protocol):
+    """Coordinates of the state; all methods take and give arrays with leading batch axes."""
+
+    def from_state(self, state: FloatArray, /) -> FloatArray: ...
+
+    def to_state(self, point: FloatArray, /) -> FloatArray: ...
+
+    def jacobian(self, point: FloatArray, /) -> FloatArray: ...
+
+
+ChartMaker: TypeAlias = Callable[..., Any]  # of origin and names of the state, as a chart's class
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,15 +49,15 @@ class Cartesian:
     """The state itself: steps are taken in metres and metres per second. Takes the arguments of a chart."""
 
     origin: object = None
-    coordinates: tuple = PLANE
+    coordinates: Sequence[str] = PLANE
 
-    def from_state(self, state):
+    def from_state(self, state: FloatArray) -> FloatArray:
         return state
 
-    def to_state(self, point):
+    def to_state(self, point: FloatArray) -> FloatArray:
         return point
 
-    def jacobian(self, point):
+    def jacobian(self, point: FloatArray) -> FloatArray:
         """Derivative of the state with respect to the chart's coordinates, ``(..., n, n)``."""
         return np.broadcast_to(np.eye(point.shape[-1]), (*point.shape, point.shape[-1]))
 
@@ -70,15 +87,15 @@ class ModifiedPolar:
     Source: Aidala and Hammel (1983), with the observer's own velocity left out.
     """
 
-    origin: np.ndarray
-    coordinates: tuple = PLANE
+    origin: Array
+    coordinates: Sequence[str] = PLANE
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         set_fields(self, origin=check_array("origin", self.origin, (2,)), coordinates=tuple(self.coordinates))
         moving_pairs(self.coordinates)
 
     @cached_property
-    def places(self):
+    def places(self) -> list[int]:
         """Where x, y, vx and vy stand in the state."""
         return [int(place) for place in np.concatenate(moving_pairs(self.coordinates))]
 
@@ -104,7 +121,7 @@ class ModifiedPolar:
         whole[..., places[:, None], places] = block
         return whole
 
-    def from_state(self, state):
+    def from_state(self, state: ArrayLike) -> FloatArray:
         """Coordinates ``(..., n)`` of states ``(..., n)``; not finite for a target at the origin."""
         x, y, vx, vy = self._parts(state)
         dx, dy = x - self.origin[0], y - self.origin[1]
@@ -114,7 +131,7 @@ class ModifiedPolar:
             transverse = (vx * dy - vy * dx) * rho**2
         return self._with(state, [np.arctan2(dx, dy), rho, radial, transverse])
 
-    def to_state(self, point):
+    def to_state(self, point: ArrayLike) -> FloatArray:
         """States ``(..., n)``; NaN where the inverse range is not positive."""
         theta, rho, radial, transverse = self._parts(point)
         sin, cos = np.sin(theta), np.cos(theta)
@@ -125,7 +142,7 @@ class ModifiedPolar:
             point, [x, y, r * (radial * sin + transverse * cos), r * (radial * cos - transverse * sin)]
         )
 
-    def jacobian(self, point):
+    def jacobian(self, point: ArrayLike) -> FloatArray:
         """Derivative of the state with respect to the chart's coordinates, shape ``(..., n, n)``."""
         theta, rho, radial, transverse = self._parts(point)
         sin, cos = np.sin(theta), np.cos(theta)
@@ -139,7 +156,7 @@ class ModifiedPolar:
         slope[..., 2, 3], slope[..., 3, 3] = r * cos, -r * sin
         return self._spread(slope)
 
-    def inverse_jacobian(self, point):
+    def inverse_jacobian(self, point: ArrayLike) -> FloatArray:
         """Derivative of the chart's coordinates with respect to the state, shape ``(..., n, n)``."""
         theta, rho, radial, transverse = self._parts(point)
         sin, cos = np.sin(theta), np.cos(theta)
@@ -155,13 +172,29 @@ class ModifiedPolar:
         return self._spread(slope)
 
 
-def check_chart(chart):
+class Watch(Protocol):
+    """What a chart has to know of a scenario, which lies above."""
+
+    @property
+    def platform(self) -> Motion: ...
+
+    @property
+    def times(self) -> FloatArray: ...
+
+    @property
+    def reference_time(self) -> float: ...
+
+    @property
+    def coordinates(self) -> tuple[str, ...]: ...
+
+
+def check_chart(chart: object) -> None:
     """`ValueError` for what makes no charts."""
     if not callable(chart) or (isinstance(chart, type) and not hasattr(chart, "to_state")):
         raise ValueError(f"chart must be a class such as ModifiedPolar or Cartesian, got {chart!r}")
 
 
-def chart_of(scenario, chart=None):
+def chart_of(scenario: Watch, chart: ChartMaker | None = None) -> Any:
     """A chart about the platform at the measurement nearest to the reference time; the default of `fit`."""
     if chart is None:
         flat = is_uniform(scenario.coordinates) and "z" not in scenario.coordinates

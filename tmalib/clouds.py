@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .batch import first_bearing
 from .checks import check_array, check_count, check_is, check_pair, check_scalar, check_seed, set_fields
 from .priors import check_others, first_prediction
 from .scenario import Scenario
+from .types import Array, FloatArray, Seed
 from .uniform import moving_pairs
 
 
@@ -21,10 +24,10 @@ class Cloud:
     scenario's order.
     """
 
-    states: np.ndarray
+    states: Array
     time: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         set_fields(
             self,
             states=check_array("states", self.states, (None, None)),
@@ -34,7 +37,15 @@ class Cloud:
             raise ValueError("states is empty; a cloud needs at least one particle")
 
 
-def cloud_along_first_bearing(scenario, angles, range, speed, particles, seed, others=None):
+def cloud_along_first_bearing(
+    scenario: Scenario,
+    angles: ArrayLike,
+    range: tuple[float, float],
+    speed: float,
+    particles: int,
+    seed: Seed,
+    others: Mapping[str, tuple[float, float]] | None = None,
+) -> Cloud:
     """First `Cloud`: uniform in range along the first bearing, velocity uniform in a disc.
 
     Parameters
@@ -103,7 +114,7 @@ def cloud_along_first_bearing(scenario, angles, range, speed, particles, seed, o
     return Cloud(states, time)
 
 
-def one_run(scenario, angles):
+def one_run(scenario: Scenario, angles: ArrayLike) -> FloatArray:
     """Measurements of one run as an array ``(N,)``; `ValueError` for more than one."""
     angles = check_is("scenario", scenario, Scenario).check_measurements(angles)
     if angles.ndim != 1:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import io
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -36,9 +37,10 @@ from .sensors import Sensor
 from .summary import Row, as_text, at_reference, describe, summarise
 
 ANSWERED, NOT_TOLD = 0, 1
+TOLD = 50  # files after which it is said how many are written
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command with the given arguments, those of the process by default; gives the exit code."""
     options = parse_options(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -213,7 +215,9 @@ def _simulate(options):
     if options.runs > 1:
         paths = [out.with_stem(f"{out.stem}-{k}") for k in range(1, options.runs + 1)]
     _progress(f"simulating {len(paths)} times {len(scenario.times)} bearings")
-    for path, angles in zip(paths, scenario.simulate(options.runs, options.seed), strict=True):
-        write_bearings(path, scenario, angles)
+    for k, angles in enumerate(scenario.simulate(options.runs, options.seed)):
+        if k and k % TOLD == 0:
+            _progress(f"{k} of {len(paths)} files written")
+        write_bearings(paths[k], scenario, angles)
     print(f"{len(scenario.times)} bearings in {', '.join(map(str, (paths[0], paths[-1])[: len(paths)]))}")
     return ANSWERED

@@ -10,12 +10,16 @@ a parabola in time has the mean of its two values as its own mean.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from .bearings import wrap
 from .scenario import Scenario
+from .sensors import Sensor
+from .types import FloatArray
 
 GROUPS = range(30, 45)  # numbers of groups of a sensor's bearings, two values each
 LEAST = 10  # bearings in a group
@@ -25,7 +29,7 @@ COARSE = 30  # means of a sensor, or up to twice as many
 class Lines:
     """Two values of the line through each of some groups of successive bearings, and their ``sensor``."""
 
-    def __init__(self, sensor, groups):
+    def __init__(self, sensor: Sensor, groups: int) -> None:
         count = len(sensor)
         self.first = np.arange(groups) * count // groups
         self.size = np.diff(self.first, append=count)
@@ -36,7 +40,7 @@ class Lines:
         times = np.stack([mean - self.spread, mean + self.spread], axis=-1).ravel()
         self.sensor = replace(sensor, times=times, sigma=sensor.sigma * np.sqrt(2 * groups / count))
 
-    def of(self, angles):
+    def of(self, angles: FloatArray) -> FloatArray:
         """Values ``(runs, 2 groups)`` of bearings ``(runs, N)``."""
         start = angles[:, self.first]  # the first of each group, so that no difference wraps
         offset = _offset(angles, np.repeat(start, self.size, axis=1))
@@ -49,7 +53,7 @@ class Lines:
 class Means:
     """Means of some successive bearings, and their ``sensor``; a rest that makes no mean is left out."""
 
-    def __init__(self, sensor, together):
+    def __init__(self, sensor: Sensor, together: int) -> None:
         self.shape = len(sensor) // together, together
         times = self._grouped(sensor.times).mean(axis=1)
         self.sensor = replace(sensor, times=times, sigma=self._sigma(sensor))
@@ -63,7 +67,7 @@ class Means:
             return np.linalg.norm(self._grouped(sensor.sigma), axis=1) / self.shape[1]
         return sensor.sigma / np.sqrt(self.shape[1])
 
-    def of(self, angles):
+    def of(self, angles: FloatArray) -> FloatArray:
         """Means ``(runs, N')`` of bearings ``(runs, N)``."""
         parts = angles[:, : np.prod(self.shape)].reshape(len(angles), *self.shape)
         start = parts[..., 0]
@@ -77,23 +81,24 @@ def _offset(angles, start):
     return offset if offset.max(initial=0) <= np.pi and offset.min(initial=0) >= -np.pi else wrap(offset)
 
 
-def lines(sensor):
+def lines(sensor: Sensor) -> Lines | Means:
     """`Lines` of a sensor, or the sensor as it is if it has few bearings, or a sigma for each.
 
     All values share one standard deviation, so the number of groups is the one of `GROUPS` that divides the
     bearings best; groups differ by one bearing at most.
     """
     groups = min(GROUPS, key=lambda groups: len(sensor) % groups)
-    many = len(sensor) >= LEAST * groups and not np.ndim(sensor.sigma)
+    sigma: Any = sensor.sigma
+    many = len(sensor) >= LEAST * groups and not np.ndim(sigma)
     return Lines(sensor, groups) if many else unchanged(sensor)
 
 
-def means(sensor):
+def means(sensor: Sensor) -> Means:
     """`Means` of a sensor, at least `COARSE` if it has so many."""
     return Means(sensor, max(1, len(sensor) // COARSE))
 
 
-def unchanged(sensor):
+def unchanged(sensor: Sensor) -> Means:
     """The sensor as it is."""
     return Means(sensor, 1)
 
@@ -105,7 +110,7 @@ class Condensed:
     the scenario, as they are. `ValueError` for a scenario without bearings.
     """
 
-    def __init__(self, scenario, make, reference_time):
+    def __init__(self, scenario: Scenario, make: Callable[..., Any], reference_time: float) -> None:
         blocks = [block for block in scenario.blocks if getattr(block.sensor.model, "is_bearing", False)]
         if not blocks:
             names = [sensor.name for sensor in scenario.sensors]
@@ -117,7 +122,7 @@ class Condensed:
         self.scenario = Scenario(scenario.platform, sensors, reference_time)
         self.same = len(self.scenario.times) == len(scenario.times)
 
-    def of(self, angles):
+    def of(self, angles: FloatArray) -> FloatArray:
         """Values ``(runs, N')`` of measurements ``(runs, N)``."""
         if self.same:
             return angles

@@ -20,11 +20,13 @@ Depths are positive downwards, in metres. The measurement has no unit.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from .bearings import TOUCHING, displacement
 from .checks import check_is, check_scalar
+from .types import FloatArray, Motion, StateRows
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class RayPath:
     bottom: int
     surface: int
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         triplet = (self.delta, self.bottom, self.surface)
         if check_scalar("delta", self.delta) not in (1, -1):
             raise ValueError(f"delta must be +1 or -1, got {self.delta!r}")
@@ -68,11 +70,11 @@ class RayPath:
             )
 
     @property
-    def is_direct(self):
+    def is_direct(self) -> bool:
         """Whether the ray does not bounce."""
         return self.bottom == self.surface == 0
 
-    def image(self, bottom_depth):
+    def image(self, bottom_depth: float) -> tuple[float, float]:
         """Coefficients ``(a, b)``: the image of a target at depth z is at depth ``a z + b``."""
         sign = (-1) ** (self.bottom + self.surface)
         return float(sign), -2.0 * self.delta * self.bottom * sign * bottom_depth
@@ -83,7 +85,7 @@ BOTTOM_BOUNCE = RayPath(1, 1, 0)
 SURFACE_BOUNCE = RayPath(-1, 0, 1)
 
 
-def image_depth(path, target_depth, array_depth, bottom_depth):
+def image_depth(path: RayPath, target_depth: float, array_depth: float, bottom_depth: float) -> float:
     """Depth of the target's image below the array, ``zeta_OT``, in metres; negative above it.
 
     Notes
@@ -133,7 +135,7 @@ class ConicalAngle:
     assumed_depth: float | None = None
     heading_lag: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_is("path", self.path, RayPath)
         bottom = check_scalar("bottom_depth", self.bottom_depth, above=0.0)
         for name in ("array_depth", "assumed_depth"):
@@ -143,17 +145,20 @@ class ConicalAngle:
         check_scalar("heading_lag", self.heading_lag, minimum=0.0)
 
     @property
-    def coordinates(self):
+    def coordinates(self) -> tuple[str, ...]:
         """``(x, y, vx, vy)`` with an assumed depth, ``(x, y, z, vx, vy)`` without."""
         return ("x", "y", "z", "vx", "vy") if self.assumed_depth is None else ("x", "y", "vx", "vy")
 
-    def observer_state(self, platform, times):
+    def observer_state(self, platform: Motion, times: FloatArray) -> FloatArray:
         """Position, sine and cosine of the array's heading, shape ``(4, N)``."""
         times = np.asarray(times, dtype=float)
-        heading = platform.heading_at(np.maximum(times - self.heading_lag, times[0]))
+        ship: Any = platform  # one that has a heading
+        heading = ship.heading_at(np.maximum(times - self.heading_lag, times[0]))
         return np.stack([*platform.position_at(times).T, np.sin(heading), np.cos(heading)])
 
-    def value_and_gradient(self, state, observer, elapsed):
+    def value_and_gradient(
+        self, state: StateRows, observer: FloatArray, elapsed: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         x, y, *depth, vx, vy = state
         dx, dy = displacement((x, y, vx, vy), observer, elapsed)
         zeta = self._zeta(depth[0] if depth else self.assumed_depth)
@@ -173,19 +178,20 @@ class ConicalAngle:
         slope, offset = self.path.image(self.bottom_depth)
         return slope * target_depth + (offset - self.array_depth)
 
-    def residual(self, measured, predicted):
+    def residual(self, measured: FloatArray, predicted: FloatArray) -> FloatArray:
         """Plain difference: a cosine does not wrap."""
         return measured - predicted
 
-    def observe(self, target, platform, times):
+    def observe(self, target: Motion, platform: Motion, times: FloatArray) -> FloatArray:
         """Cosine of the conical angle of the target, at its true depth, shape ``(N,)``.
 
         A depth out of the water is taken as it is: a ghost may be there, and `tmalib.admissible` tells.
         """
-        if getattr(target, "depth", None) is None:
+        depth = getattr(target, "depth", None)
+        if depth is None:
             raise ValueError("a conical angle needs the target's depth; give Target(depth=...)")
         dx, dy = (target.position_at(times) - platform.position_at(times)).T
         _, _, sin, cos = self.observer_state(platform, times)
-        distance = np.sqrt(dx**2 + dy**2 + self._zeta(target.depth) ** 2)
+        distance = np.sqrt(dx**2 + dy**2 + self._zeta(depth) ** 2)
         far = distance > TOUCHING  # a target right above the array has a cosine, one in it has none
         return np.where(far, dx * sin + dy * cos, np.nan) / np.where(far, distance, 1.0)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .batch import fit
 from .bounds import crlb, nees
@@ -18,6 +19,7 @@ from .motion import Target
 from .recursive import Track
 from .scenario import Scenario
 from .status import CONVERGED
+from .types import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,13 +39,13 @@ class Consistency:
         inside. A fit that ended far away is finite; the ``finite`` of its track tells that it failed.
     """
 
-    times: np.ndarray
-    nees: np.ndarray
-    inside: np.ndarray
-    finite: np.ndarray
+    times: FloatArray
+    nees: FloatArray
+    inside: BoolArray
+    finite: BoolArray
 
 
-def fit_over_time(scenario, angles, times, start):
+def fit_over_time(scenario: Scenario, angles: ArrayLike, times: ArrayLike, start: ArrayLike) -> Track:
     """Batch estimates at several times, each from the measurements up to it, as a `Track`.
 
     Parameters
@@ -109,7 +111,7 @@ def _bound(scenario):
         raise ValueError(f"times: no bound at {scenario.reference_time} s: {error}") from None
 
 
-def compare_with_truth(scenario, track, probability=0.9):
+def compare_with_truth(scenario: Scenario, track: Track, probability: float = 0.9) -> Consistency:
     """Compare a track with the scenario's target, run by run and time by time.
 
     Parameters
@@ -129,9 +131,9 @@ def compare_with_truth(scenario, track, probability=0.9):
     The position lies in its ellipse when its normalised error squared is below ``-2 log(1 - p)``.
     """
     level = -2 * np.log1p(-check_probability(probability))
-    check_is("the scenario's target", check_is("scenario", scenario, Scenario).target, Target)
+    target = check_is("the scenario's target", check_is("scenario", scenario, Scenario).target, Target)
     check_is("track", track, Track)
-    truth = np.stack([scenario.target.state(time, scenario.coordinates) for time in track.times])
+    truth = np.stack([target.state(time, scenario.coordinates) for time in track.times])
     position = nees(track.state[..., :2], truth[:, :2], track.covariance[..., :2, :2])
     whole = nees(track.state, truth, track.covariance)
     finite = np.isfinite(whole) & np.isfinite(position)

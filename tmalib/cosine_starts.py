@@ -7,10 +7,16 @@ last instant of a sensor give a uniform motion for each choice of two ranges, tw
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .cones import ConicalAngle
 from .levenberg_marquardt import minimise_in_blocks
+from .scenario import Scenario
+from .sensors import Sensor, SensorBlock
+from .types import BoolArray, FloatArray, Motion
 from .uniform import propagate
 
 RANGES = np.geomspace(500.0, 64e3, 8)  # metres, at either end
@@ -20,12 +26,14 @@ TOLERANCE = 1e-2
 LEAST_ACROSS = 1e-3  # of the range, where a depth leaves nothing across
 
 
-def has_cosines(scenario):
+def has_cosines(scenario: Scenario) -> bool:
     """Whether all sensors measure conical angles of a target in the water."""
     return all(isinstance(sensor.model, ConicalAngle) for sensor in scenario.sensors)
 
 
-def motions_through(sensor, platform, cosines, ranges, depths):
+def motions_through(
+    sensor: Sensor, platform: Motion, cosines: FloatArray, ranges: ArrayLike, depths: ArrayLike
+) -> FloatArray:
     """Uniform motions with given cosines at the first and the last instant of a sensor.
 
     Parameters
@@ -43,7 +51,7 @@ def motions_through(sensor, platform, cosines, ranges, depths):
     ndarray, shape (4 d k^2, 5)
         ``(x, y, z, vx, vy)`` at the first instant: every depth with every pair of ranges and of sides.
     """
-    model = sensor.model
+    model: Any = sensor.model
     x, y, sin, cos = model.observer_state(platform, sensor.times)[:, [0, -1]]
     slope, offset = model.path.image(model.bottom_depth)
     (near, far), sides = np.asarray(ranges).T, (-1, 1)
@@ -57,7 +65,7 @@ def motions_through(sensor, platform, cosines, ranges, depths):
     return np.stack([*places[..., 0], z, *velocity], axis=-1)
 
 
-def longest_sensor(scenario):
+def longest_sensor(scenario: Scenario) -> SensorBlock:
     """The sensor's block with the longest time of observation; `ValueError` if that is one instant."""
     block = max(scenario.blocks, key=lambda block: np.ptp(block.sensor.times))
     if not np.ptp(block.sensor.times) > 0:
@@ -65,11 +73,12 @@ def longest_sensor(scenario):
     return block
 
 
-def grid_of_motions(scenario, measured):
+def grid_of_motions(scenario: Scenario, measured: FloatArray) -> FloatArray:
     """States from which a fit of one run ``(N,)`` may start, ``(S, n)``, for conical angles alone."""
     block = longest_sensor(scenario)
     sensor, names = block.sensor, scenario.coordinates
-    depths = np.multiply(DEPTHS, sensor.model.bottom_depth) if "z" in names else [sensor.model.assumed_depth]
+    model: Any = sensor.model
+    depths = np.multiply(DEPTHS, model.bottom_depth) if "z" in names else [model.assumed_depth]
     cosines = np.clip(measured[block.columns][[0, -1]], -1, 1)
     ranges = np.stack([RANGES, RANGES], axis=-1)
     found = motions_through(sensor, scenario.platform_of(sensor), cosines, ranges, depths)
@@ -78,7 +87,7 @@ def grid_of_motions(scenario, measured):
     return found[:, [every.index(name) for name in names]]
 
 
-def lowest_of_grid(scenario, angles, chart):
+def lowest_of_grid(scenario: Scenario, angles: FloatArray, chart: Any) -> FloatArray:
     """A start for every run ``(runs, N)``: where a few steps from the grid lead lowest, in the water if any.
 
     A ghost out of the water may be as low as the target; no target is there.
@@ -98,12 +107,13 @@ def lowest_of_grid(scenario, angles, chart):
     return found
 
 
-def in_water(scenario, state):
+def in_water(scenario: Scenario, state: FloatArray) -> BoolArray:
     """Whether states ``(S, n)`` are between surface and bottom; an assumed depth is."""
     if "z" not in scenario.coordinates:
         return np.ones(len(state), dtype=bool)
     depth = state[:, scenario.coordinates.index("z")]
-    bottom = min(sensor.model.bottom_depth for sensor in scenario.sensors)
+    models: list[Any] = [sensor.model for sensor in scenario.sensors]
+    bottom = min(model.bottom_depth for model in models)
     return (depth >= 0) & (depth <= bottom)
 
 

@@ -14,32 +14,43 @@ Both are measurement models (see `tmalib.bearings`): bounds and the batch estima
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .bearings import bearing_unless_touching, wrap
+from .types import FloatArray, Motion, StateRows
 
 
 class _CurvedBearing:
     """Bearing of a target that moves as a subclass says in ``coordinates`` and ``motion``."""
 
-    def observer_state(self, platform, times):
+    coordinates: ClassVar[tuple[str, ...]]
+
+    def motion(self, state: StateRows, elapsed: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Position ``(2, ...)`` and its derivative by the state, ``(n, 2, ...)``."""
+        raise NotImplementedError
+
+    def observer_state(self, platform: Motion, times: FloatArray) -> FloatArray:
         return np.ascontiguousarray(platform.position_at(times).T)
 
-    def value_and_gradient(self, state, observer, elapsed):
+    def value_and_gradient(
+        self, state: StateRows, observer: FloatArray, elapsed: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         place, slope = self.motion(state, elapsed)
         dx, dy = place[0] - observer[0], place[1] - observer[1]
         return np.arctan2(dx, dy), (dy * slope[:, 0] - dx * slope[:, 1]) / (dx * dx + dy * dy)
 
-    def residual(self, measured, predicted):
+    def residual(self, measured: FloatArray, predicted: FloatArray) -> FloatArray:
         return wrap(measured - predicted)
 
-    def observe(self, target, platform, times):
+    def observe(self, target: Motion, platform: Motion, times: FloatArray) -> FloatArray:
         return bearing_unless_touching(target.position_at(times) - platform.position_at(times))
 
-    def position_criterion(self, state, elapsed):
+    def position_criterion(self, state: ArrayLike, elapsed: ArrayLike) -> FloatArray:
         """Derivative of the position ``elapsed`` seconds after the reference time, shape ``(2, n)``."""
-        return self.motion([np.asarray(part) for part in state], np.asarray(elapsed))[1].T
+        return self.motion(np.asarray(state), np.asarray(elapsed))[1].T
 
 
 @dataclass(frozen=True)
@@ -60,7 +71,7 @@ class AcceleratedBearing(_CurvedBearing):
 
     coordinates = ("x", "y", "vx", "vy", "ax", "ay")
 
-    def motion(self, state, elapsed):
+    def motion(self, state: StateRows, elapsed: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Position ``(2, ...)`` and its derivative by the state, ``(6, 2, ...)``."""
         x, y, vx, vy, ax, ay = state
         place = np.stack([x + elapsed * (vx + elapsed / 2 * ax), y + elapsed * (vy + elapsed / 2 * ay)])
@@ -89,7 +100,7 @@ class TurningBearing(_CurvedBearing):
 
     coordinates = ("x", "y", "vx", "vy", "rate")
 
-    def motion(self, state, elapsed):
+    def motion(self, state: StateRows, elapsed: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Position ``(2, ...)`` and its derivative by the state, ``(5, 2, ...)``."""
         x, y, vx, vy, rate = state
         half = rate * elapsed / 2

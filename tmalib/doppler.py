@@ -26,14 +26,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .bearings import TOUCHING, delay_of_motion, delayed_bearing, sound_if_faster
 from .checks import check_scalar
+from .types import FloatArray, Motion, StateRows
 
 STEP = 1e-3  # seconds, of the differences that give a velocity
 
 
-def velocity_of(motion, times):
+def velocity_of(motion: Motion, times: ArrayLike) -> FloatArray:
     """Velocity of any motion from differences of its position, ``(N, 2)`` in m/s.
 
     Central differences over one millisecond to each side, one-sided within a millisecond of an end of the
@@ -121,24 +123,24 @@ class DopplerFrequency:
 
     coordinates = ("x", "y", "vx", "vy", "f0")
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_scalar("c", self.c, above=0.0)
         for name in ("f0", "true_f0"):
             if getattr(self, name) is not None:
                 check_scalar(name, getattr(self, name), above=0.0)
 
     @property
-    def truth(self):
+    def truth(self) -> dict[str, float]:
         """The base frequency in simulation, if there is one."""
         f0 = self.f0 if self.true_f0 is None else self.true_f0
         return {} if f0 is None else {"f0": f0}
 
     @property
-    def guess(self):
+    def guess(self) -> dict[str, float]:
         """First value of the base frequency in Hz; empty if none was given."""
         return {} if self.f0 is None else {"f0": float(self.f0)}
 
-    def observer_state(self, platform, times):
+    def observer_state(self, platform: Motion, times: FloatArray) -> FloatArray:
         """Position and velocity of the platform, shape ``(4, N)``; `ValueError` if it outruns sound."""
         velocity = velocity_of(platform, times)
         fastest = np.max(np.hypot(*velocity.T), initial=0.0)
@@ -146,7 +148,9 @@ class DopplerFrequency:
             raise ValueError(f"the platform must be slower than c = {self.c} m/s, got {fastest} m/s")
         return np.concatenate([platform.position_at(times).T, velocity.T])
 
-    def value_and_gradient(self, state, observer, elapsed):
+    def value_and_gradient(
+        self, state: StateRows, observer: FloatArray, elapsed: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         x, y, vx, vy, f0 = state
         ox, oy, ovx, ovy = observer
         c = sound_if_faster(self.c, vx, vy)
@@ -161,11 +165,11 @@ class DopplerFrequency:
         gradient[4] = k
         return f0 * k, gradient
 
-    def residual(self, measured, predicted):
+    def residual(self, measured: FloatArray, predicted: FloatArray) -> FloatArray:
         """Plain difference, in Hz."""
         return measured - predicted
 
-    def observe(self, target, platform, times):
+    def observe(self, target: Motion, platform: Motion, times: FloatArray) -> FloatArray:
         """Frequency heard from any motion slower than sound, ``(N,)``, in Hz; NaN for one on the platform."""
         f0 = self.f0 if self.true_f0 is None else self.true_f0
         if f0 is None:

@@ -5,20 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .checks import as_numbers, check_array, check_count, check_probability
+from .types import FloatArray
 
 
 @dataclass(frozen=True)
 class Ellipse:
     """A confidence ellipse: centre, semi-axes in metres (major first), heading of the major axis."""
 
-    centre: np.ndarray
-    semi_axes: np.ndarray
+    centre: FloatArray
+    semi_axes: FloatArray
     heading: float
     probability: float
 
-    def boundary(self, points=181):
+    def boundary(self, points: int = 181) -> FloatArray:
         """Points on the ellipse, shape ``(points, 2)``, first and last the same."""
         angle = np.linspace(0, 2 * np.pi, check_count("points", points))
         along = np.array([np.sin(self.heading), np.cos(self.heading)])
@@ -27,12 +29,12 @@ class Ellipse:
         return self.centre + np.outer(major * np.cos(angle), along) + np.outer(minor * np.sin(angle), across)
 
     @property
-    def area(self):
+    def area(self) -> float:
         """Area in square metres."""
         return float(np.pi * np.prod(self.semi_axes))
 
 
-def confidence_ellipse(centre, covariance, probability=0.9):
+def confidence_ellipse(centre: ArrayLike, covariance: ArrayLike, probability: float = 0.9) -> Ellipse:
     """Ellipse that holds a Gaussian point with the given probability.
 
     Parameters

@@ -16,9 +16,11 @@ import numpy as np
 from . import status as words
 from .bounds import factor, in_words, inverse_information, weakest_direction
 from .checks import check_scalar
-from .ellipse import confidence_ellipse
+from .ellipse import Ellipse, confidence_ellipse
 from .losses import SQUARES, influence_and_slope, value_and_weight
+from .scenario import Scenario
 from .sensitivity.response import sandwich_covariance
+from .types import BoolArray, FloatArray, IntArray, TextArray
 from .uniform import propagate
 
 
@@ -27,11 +29,11 @@ class Estimate:
     """An estimate at a time: ``state (..., n)``, ``covariance (..., n, n)``; see `Fit.at`."""
 
     time: float
-    coordinates: tuple
-    state: np.ndarray
-    covariance: np.ndarray
+    coordinates: tuple[str, ...]
+    state: FloatArray
+    covariance: FloatArray
 
-    def ellipse(self, probability=0.9):
+    def ellipse(self, probability: float = 0.9) -> Ellipse:
         """The confidence `Ellipse` of the position; `ValueError` for more than one run."""
         if self.state.ndim != 1:
             raise ValueError(f"an ellipse is of one run, and these are {self.state.shape[:-1]}; take one")
@@ -76,16 +78,16 @@ class Fit:
     (True, (4, 4))
     """
 
-    state: np.ndarray
-    status: np.ndarray
-    iterations: np.ndarray
-    cost: np.ndarray
-    scenario: object = field(repr=False)
-    measured: np.ndarray = field(repr=False)
-    estimated: tuple = ()
+    state: FloatArray
+    status: TextArray
+    iterations: IntArray
+    cost: FloatArray
+    scenario: Scenario = field(repr=False)
+    measured: FloatArray = field(repr=False)
+    estimated: tuple[str, ...] = ()
     loss: str = SQUARES
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         runs, names = self.status.size, ", ".join(self.scenario.coordinates)
         loss = f"; loss: {self.loss}" if self.robust else ""
         return (
@@ -93,7 +95,7 @@ class Fit:
             f"{self.scenario.reference_time:g} s{loss})"
         )
 
-    def __str__(self):
+    def __str__(self) -> str:
         from .summary import as_text, summarise  # imported here: it lies above
 
         return as_text(summarise(self))
@@ -104,28 +106,28 @@ class Fit:
         return as_html(summarise(self))
 
     @property
-    def converged(self):
+    def converged(self) -> BoolArray:
         """Which runs ended at a minimum, ``(...)``: observable, at a finite range, the lowest found."""
         return self.status == words.CONVERGED
 
     @property
-    def robust(self):
+    def robust(self) -> bool:
         """Whether the loss was another one than squares."""
         return self.loss != SQUARES
 
     @cached_property
-    def weights(self):
+    def weights(self) -> FloatArray:
         """How far each measurement was trusted, ``(..., N)``: 0 to 1, all 1 with squares, NaN for none."""
         square = self.residuals**2
         return np.where(np.isnan(square), np.nan, value_and_weight(square)[1] if self.robust else 1.0)
 
     @property
-    def freedom(self):
+    def freedom(self) -> IntArray:
         """Degrees of freedom of the criterion, ``(...)``: measurements less unknowns."""
         return np.sum(~np.isnan(self.measured), axis=-1) - len(self.scenario.coordinates)
 
     @cached_property
-    def p_value(self):
+    def p_value(self) -> FloatArray:
         """Chance of so large a criterion if model and sigmas are right, ``(...)``.
 
         Small where the target turns, a bearing is wild or a unit is wrong; near one where sigma is too large.
@@ -164,12 +166,12 @@ class Fit:
         return np.where(self.converged[..., None, None], bound, np.nan)
 
     @property
-    def rank(self):
+    def rank(self) -> IntArray:
         """How many directions of the state are observable there, ``(...)``; -1 where there is no state."""
         return self._factors.rank
 
     @property
-    def condition(self):
+    def condition(self) -> FloatArray:
         """Condition number of the scaled Jacobian, ``(...)``: what is known best over what is known least."""
         singular = self._factors.singular
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -177,12 +179,12 @@ class Fit:
         return np.where(self.rank == len(self.scenario.coordinates), ratio, np.inf)[()]
 
     @property
-    def weakest(self):
+    def weakest(self) -> FloatArray:
         """The direction of the state that is known least, ``(..., n)``, its largest component one."""
         return weakest_direction(self._factors)
 
     @cached_property
-    def covariance(self):
+    def covariance(self) -> FloatArray:
         """The bound at the estimate, ``(..., n, n)``; NaN where a run has not converged.
 
         With a robust loss ``A^-1 B A^-1`` of `tmalib.losses`.
@@ -190,25 +192,28 @@ class Fit:
         return self._covariance(self.scenario, self.state, self._factors)
 
     @cached_property
-    def residuals(self):
+    def residuals(self) -> FloatArray:
         """Measured minus predicted, in standard deviations, ``(..., N)``, in the scenario's order."""
         predicted, _ = self.scenario.linearise(self.state)
         return self.scenario.residual(self.measured, predicted) / self.scenario.sigma
 
     @cached_property
-    def sandwich(self):
-        """Covariance when the model may be wrong, ``(n, n)``, of one run; see `tmalib.sensitivity`."""
+    def sandwich(self) -> FloatArray:
+        """Covariance when the model may be wrong, ``(n, n)``, of one run; see `tmalib.sensitivity`.
+
+        With a robust loss, that of an M-estimate with the Hessian as it is, where `covariance` has its mean.
+        """
         self._one_run("the sandwich")
-        self.check_squares("the sandwich")
         there = ~np.isnan(self.measured)
-        return sandwich_covariance(self.scenario.keep(there), self.measured[there], self.state)
+        spread = self._scales[1][there, 0] if self.robust else None
+        return sandwich_covariance(self.scenario.keep(there), self.measured[there], self.state, spread=spread)
 
     @property
-    def sigma(self):
+    def sigma(self) -> FloatArray:
         """Standard deviations of the state, ``(..., n)``: square roots of the covariance's diagonal."""
         return np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1))
 
-    def at(self, time):
+    def at(self, time: float) -> Estimate:
         """The `Estimate` at another time, for a target that goes on straight.
 
         Parameters
@@ -233,7 +238,7 @@ class Fit:
         covariance = self._covariance(then, state, self._factored(then, state))
         return Estimate(float(time), then.coordinates, state, covariance)
 
-    def explain(self):
+    def explain(self) -> str:
         """What became of the runs, and what to do next, in words; a line for each status.
 
         Examples
@@ -264,17 +269,12 @@ class Fit:
         rank, n = np.asarray(self.rank)[run], len(self.scenario.coordinates)
         return f": rank {rank} of {n}, nothing changes along {direction}. {words.ADVICE[word]}"
 
-    def check_squares(self, what):
-        """`ValueError` for a fit with a robust loss, for what is of the sum of squares."""
-        if self.robust:
-            raise ValueError(f"{what} is of a fit with loss {SQUARES!r}, and this one has {self.loss!r}")
-
     def _one_run(self, what):
         if self.state.ndim != 1:
             raise ValueError(f"{what} is of one run, and these are {self.state.shape[:-1]}; fit one")
 
 
-def sensor_scales(fit):
+def sensor_scales(fit: Fit) -> tuple[FloatArray, FloatArray]:
     """Roots of ``a_s`` and ``b_s`` for every measurement, ``(..., N, 1)``: means over its sensor."""
     influence, slope = influence_and_slope(fit.residuals)
     there = np.isfinite(influence)

@@ -10,11 +10,18 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike
+
+from .ellipse import Ellipse
+from .types import FilePath
 
 COLOURS = {
     "platform": "#0072B2",
@@ -40,7 +47,7 @@ ALIKE = {
 
 PAGE_WIDTH = 7.0  # inches: the width to which a page shrinks a wider figure
 
-STYLE = {
+STYLE: dict[Any, Any] = {
     "figure.figsize": (6.4, 4.2),
     "figure.constrained_layout.use": True,
     "figure.facecolor": "white",
@@ -59,7 +66,7 @@ STYLE = {
 }
 
 
-def use_style():
+def use_style() -> None:
     """Set the style; in a notebook, also ask for SVG and PDF output. The first cell of a chapter."""
     os.environ.setdefault("SOURCE_DATE_EPOCH", "1451606400")  # a fixed date inside SVG and PDF files
     mpl.rcParams.update(STYLE)
@@ -70,14 +77,14 @@ def use_style():
     set_matplotlib_formats("svg", "pdf", bbox_inches=None, dpi=150)
 
 
-def colour(entity):
+def colour(entity: str) -> str:
     """Colour of an entity; `ValueError` for one that has none."""
     if entity not in COLOURS:
         raise ValueError(f"entity must be one of {sorted(COLOURS)}, got {entity!r}")
     return COLOURS[entity]
 
 
-def map_axes(ax, *, step=None):
+def map_axes(ax: Axes, *, step: float | None = None) -> Axes:
     """Make ``ax`` a map: equal scales, kilometres east and north."""
     ax.set_aspect("equal", adjustable="datalim")
     ax.set_xlabel("East (km)")
@@ -87,7 +94,14 @@ def map_axes(ax, *, step=None):
     return ax
 
 
-def path(ax, positions, entity, label=None, mark=None, **line):
+def path(
+    ax: Axes,
+    positions: ArrayLike,
+    entity: str,
+    label: str | None = None,
+    mark: str | None = None,
+    **line: Any,
+) -> None:
     """A trajectory through ``positions`` (m, shape (N, 2)); ``mark`` is a letter at its start."""
     x, y = np.asarray(positions).T / 1e3
     ax.plot(x, y, color=colour(entity), label=label or entity, **line)
@@ -98,13 +112,13 @@ def path(ax, positions, entity, label=None, mark=None, **line):
         )  # fmt: skip
 
 
-def cloud(ax, positions, entity, label=None, size=4.0):
+def cloud(ax: Axes, positions: ArrayLike, entity: str, label: str | None = None, size: float = 4.0) -> None:
     """Estimated positions (m, shape (runs, 2)), drawn as a bitmap inside the vector figure."""
     x, y = np.asarray(positions).T / 1e3
     ax.scatter(x, y, s=size, color=colour(entity), alpha=0.45, linewidths=0, rasterized=True, label=label)
 
 
-def ellipse(ax, shape, label=None, linewidth=1.3):
+def ellipse(ax: Axes, shape: Ellipse, label: str | None = None, linewidth: float = 1.3) -> None:
     """A confidence `Ellipse` with its centre."""
     x, y = shape.boundary().T / 1e3
     ax.plot(x, y, color=colour("ellipse"), linewidth=linewidth, label=label)
@@ -113,7 +127,7 @@ def ellipse(ax, shape, label=None, linewidth=1.3):
     )
 
 
-def save_figure(figure, name):
+def save_figure(figure: Figure, name: FilePath) -> None:
     """Write ``figure`` as ``name.svg`` and ``name.pdf``; the same figure gives the same bytes."""
     name = Path(name)
     name.parent.mkdir(parents=True, exist_ok=True)

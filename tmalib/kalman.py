@@ -26,17 +26,22 @@ Arrays have the runs last here, so that a component is contiguous.
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
-from .charts import check_chart
-from .checks import check_is, check_scalar
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .charts import ChartMaker, check_chart
+from .checks import check_broadcast, check_is, check_scalar
 from .priors import Prior
 from .process_noise import ProcessNoise
 from .scenario import Scenario
+from .sensors import SensorBlock, Taken
+from .types import BoolArray, FloatArray
 from .uniform import propagate, transition
 
 
-def gate_limit(gate):
+def gate_limit(gate: float | None) -> float:
     """Largest normalised innovation squared that passes; infinite for `None`.
 
     Examples
@@ -53,7 +58,14 @@ def gate_limit(gate):
     return float(chdtri(1, 1 - gate))
 
 
-def update_state(x, p, group, limit=np.inf, chart=None, elapsed=0.0):
+def update_state(
+    x: FloatArray,
+    p: FloatArray,
+    group: list[Any],
+    limit: float = np.inf,
+    chart: Any = None,
+    elapsed: float = 0.0,
+) -> tuple[FloatArray, FloatArray, list[FloatArray], list[BoolArray]]:
     """States and covariances after the measurements of one time.
 
     Parameters
@@ -123,7 +135,13 @@ def _straight_in(chart, x, moved, p, elapsed):
     return propagate(chart.to_state(point), -elapsed, names).T, np.moveaxis(p, 0, -1)
 
 
-def checked_inputs(scenario, measured, prior, process_noise, chart):
+def checked_inputs(
+    scenario: Scenario,
+    measured: ArrayLike,
+    prior: Prior,
+    process_noise: ProcessNoise | None,
+    chart: ChartMaker | None,
+) -> tuple[FloatArray, tuple[str, ...]]:
     """Measurements as an array, and the names of the prior's components; `ValueError` for what is wrong."""
     if chart is not None:
         check_chart(chart)
@@ -132,7 +150,35 @@ def checked_inputs(scenario, measured, prior, process_noise, chart):
     return measured, check_is("prior", prior, Prior).names_for(scenario)
 
 
-def check_noise(process_noise):
+def check_noise(process_noise: ProcessNoise | None) -> None:
     """`ValueError` for what is no `ProcessNoise`, and not left out."""
     if process_noise is not None:
         check_is("process_noise", process_noise, ProcessNoise)
+
+
+def in_columns(
+    mean: FloatArray, covariance: FloatArray, measured: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, tuple[int, ...]]:
+    """States ``(n, runs)``, covariances ``(n, n, runs)``, measurements ``(N, runs)``; the batch's shape."""
+    n = mean.shape[-1]
+    shape = check_broadcast(
+        measurements=measured[..., 0], mean=mean[..., 0], covariance=covariance[..., 0, 0]
+    )
+    x = np.broadcast_to(mean, (*shape, n)).reshape(-1, n).T.copy()  # a component is contiguous
+    runs = x.shape[1]
+    p = np.broadcast_to(covariance, (*shape, n, n)).reshape(runs, n, n).transpose(1, 2, 0).copy()
+    values = np.broadcast_to(measured, (*shape, measured.shape[-1])).reshape(runs, measured.shape[-1]).T
+    return x, p, np.ascontiguousarray(values), shape
+
+
+def in_state(block: SensorBlock, names: tuple[str, ...]) -> SensorBlock:
+    """The block for a state with these components, the model's and maybe more."""
+    places = np.array([names.index(name) for name in block.sensor.model.coordinates])
+    return block._replace(components=places, size=len(names))
+
+
+def chart_at(
+    chart: ChartMaker, scenario: Scenario, group: list[Taken], time: float, names: tuple[str, ...]
+) -> Any:
+    """The chart about the platform that carries the first sensor of a group, of `in_order_of_time`."""
+    return chart(scenario.platform_of(group[0][1].sensor).position_at(time), names)

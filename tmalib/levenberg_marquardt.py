@@ -16,12 +16,16 @@ does not depend on the runs beside it.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import status as words
-from .charts import Cartesian
+from .charts import Cartesian, Chart, ChartMaker
+from .scenario import Scenario
+from .sensors import SensorBlock
+from .types import BoolArray, FloatArray, IntArray, TextArray
 
 BLOCK_ELEMENTS = 72_000  # runs x measurements of the largest sensor: about 600 kB an array
 FIRST_DAMPING = 1e-3
@@ -31,6 +35,20 @@ FAR = 1e9  # metres: an estimate beyond this is on its way to infinity
 RIDGE = 1e-14  # on a unit diagonal: an exactly singular matrix must not stop the whole block
 
 
+class Settings(NamedTuple):
+    """How a fit goes its way: the arguments of `tmalib.batch.fit` by these names.
+
+    ``loss`` gives values and weights of squared residuals, as `tmalib.losses.value_and_weight` does; with
+    `None` the squares are the criterion.
+    """
+
+    chart: ChartMaker | None
+    safeguard: bool
+    tolerance: float
+    max_iterations: int
+    loss: Callable[[FloatArray], tuple[FloatArray, FloatArray]] | None = None
+
+
 class Outcome(NamedTuple):
     """Where the steps of runs ended: ``state (runs, n)``, ``status``, ``iterations``, ``cost`` as in `Fit`.
 
@@ -38,27 +56,27 @@ class Outcome(NamedTuple):
     the components of the state are told independently, about zero if they cannot be told apart.
     """
 
-    state: np.ndarray
-    status: np.ndarray
-    iterations: np.ndarray
-    cost: np.ndarray
-    volume: np.ndarray
+    state: FloatArray
+    status: TextArray
+    iterations: IntArray
+    cost: FloatArray
+    volume: FloatArray
 
     @property
-    def converged(self):
+    def converged(self) -> BoolArray:
         return self.status == words.CONVERGED
 
-    def of(self, runs):
+    def of(self, runs: Any) -> Outcome:
         """The outcome of some of the runs."""
         return Outcome(*(part[runs] for part in self))
 
-    def put(self, runs, other):
+    def put(self, runs: Any, other: Outcome) -> None:
         """Put another outcome in the places of some runs."""
         for part, new in zip(self, other, strict=True):
             part[runs] = new
 
 
-def repeat_for_runs(scenario, runs):
+def repeat_for_runs(scenario: Scenario, runs: int) -> Sequence[SensorBlock]:
     """The scenario's blocks with observer and elapsed times repeated for every run.
 
     NumPy pays a third of a microsecond for each row of a broadcast; arrays of one shape are free of it.
@@ -72,7 +90,7 @@ def repeat_for_runs(scenario, runs):
     ]
 
 
-def minimise_in_blocks(scenario, angles, start, *settings):
+def minimise_in_blocks(scenario: Scenario, angles: FloatArray, start: FloatArray, *settings: Any) -> Outcome:
     """`minimise` for runs ``(runs, N)`` from starts ``(runs, n)``, in blocks that stay in the cache."""
     block = max(1, BLOCK_ELEMENTS // max(len(sensor) for sensor in scenario.sensors))
     repeated = repeat_for_runs(scenario, min(block, len(angles)))
@@ -83,7 +101,16 @@ def minimise_in_blocks(scenario, angles, start, *settings):
     return Outcome(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def minimise(blocks, angles, start, chart, safeguard, tolerance, max_iterations, loss=None):
+def minimise(
+    blocks: Sequence[SensorBlock],
+    angles: FloatArray,
+    start: FloatArray,
+    chart: Chart,
+    safeguard: bool,
+    tolerance: float,
+    max_iterations: int,
+    loss: Callable[..., Any] | None = None,
+) -> Outcome:
     """The `Outcome` of a two-dimensional block of runs.
 
     A ``loss`` gives values and weights of squared residuals, as `tmalib.losses.value_and_weight` does;

@@ -31,6 +31,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .scenario import Scenario
+from .types import BoolArray, FloatArray
+
 SQUARES, BISQUARE = "squares", "bisquare"
 NAMES = (SQUARES, BISQUARE)
 CUT = 6.0  # standard deviations, c
@@ -39,27 +42,27 @@ WILD = 5.0  # standard deviations, or spreads of the window, from its middle
 NORMAL = 1.4826  # standard deviation of normal numbers over their median distance from the middle
 
 
-def check_loss(name):
+def check_loss(name: str) -> str:
     """A name of `NAMES`; `ValueError` with the list of these for another one."""
     if not isinstance(name, str) or name not in NAMES:
         raise ValueError(f"loss must be one of {NAMES}, got {name!r}")
     return name
 
 
-def value_and_weight(square):
+def value_and_weight(square: FloatArray) -> tuple[FloatArray, FloatArray]:
     """``rho(e)`` and the weight ``w(e)`` of squared residuals ``e^2``, any shape."""
     left = np.maximum(1 - square / CUT**2, 0.0)
     return CUT**2 / 3 * (1 - left**3), left**2
 
 
-def influence_and_slope(residual):
+def influence_and_slope(residual: FloatArray) -> tuple[FloatArray, FloatArray]:
     """``psi(e)`` and its derivative of residuals, any shape."""
     share = np.square(residual) / CUT**2
     left = np.maximum(1 - share, 0.0)
     return left**2 * residual, left**2 - 4 * share * left
 
 
-def without_wild(scenario, angles):
+def without_wild(scenario: Scenario, angles: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Measurements with the wild ones replaced by lines between their neighbours, and which ones these are.
 
     Of every `WINDOW` successive measurements of a sensor the *middle* is the one with the least sum of

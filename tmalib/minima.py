@@ -6,9 +6,10 @@ of the estimate. If the two were equally plausible before, these are their odds.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .batch import fit
 from .checks import check_is, check_scalar
@@ -16,6 +17,7 @@ from .cosine_starts import grid_of_motions, has_cosines
 from .estimate import Fit
 from .scenario import Scenario
 from .starts import starts_at_ranges
+from .types import FloatArray, IntArray
 
 SAME = 0.1  # standard deviations of the estimate, as in `distinct_minima`
 
@@ -23,12 +25,14 @@ SAME = 0.1  # standard deviations of the estimate, as in `distinct_minima`
 class Alternative(NamedTuple):
     """Another minimum of the criterion, and its likelihood relative to the estimate's."""
 
-    state: np.ndarray
+    state: FloatArray
     cost: float
     likelihood: float
 
 
-def distinct_minima(scenario, angles, starts, *, separation=0.1, **options):
+def distinct_minima(
+    scenario: Scenario, angles: ArrayLike, starts: ArrayLike, *, separation: float = 0.1, **options: Any
+) -> tuple[FloatArray, FloatArray, IntArray]:
     """All the minima that fits from several starts reach, for one run: ghosts included.
 
     Where targets cannot be told apart, the criterion has several minima of the same value; where a model is
@@ -60,10 +64,12 @@ def distinct_minima(scenario, angles, starts, *, separation=0.1, **options):
     if angles.ndim != 1 or starts.ndim != 2:
         raise ValueError(f"one run and a list of starts are needed, got {angles.shape} and {starts.shape}")
     found = fit(scenario, angles, starts, **options)
-    states, costs, hits = [], [], []
+    states: list[FloatArray] = []
+    costs: list[float] = []
+    hits: list[int] = []
     for k in np.argsort(np.where(found.converged, found.cost, np.inf))[: found.converged.sum()]:
         jacobian = scenario.linearise(found.state[k])[1] / scenario.sigma[:, None]
-        near = [np.linalg.norm(jacobian @ (state - found.state[k])) <= separation for state in states]
+        near = [bool(np.linalg.norm(jacobian @ (state - found.state[k])) <= separation) for state in states]
         if any(near):
             hits[near.index(True)] += 1
         else:
@@ -74,7 +80,7 @@ def distinct_minima(scenario, angles, starts, *, separation=0.1, **options):
     return np.array(states).reshape(-1, n), np.array(costs), np.array(hits, dtype=int)
 
 
-def alternatives(found, within=9.0, max_iterations=200):
+def alternatives(found: Fit, within: float = 9.0, max_iterations: int = 200) -> list[Alternative]:
     """Other minima of the criterion that a fit of one run might have been, the most likely first.
 
     Parameters
@@ -90,12 +96,14 @@ def alternatives(found, within=9.0, max_iterations=200):
     -------
     list of Alternative
         A search from many starts: what none leads to is missing. A ghost out of the water is listed;
-        `admissible` tells it. There are none for a run that has not converged.
+        `admissible` tells it. There are none for a run that has not converged. With a robust loss they are
+        minima of its criterion that trust more than half of the measurements; their likelihood is that of
+        errors with the density ``exp(-rho / 2)``.
 
     Raises
     ------
     ValueError
-        For more than one run, a fit with a robust loss, and a scenario in which a fit needs a start.
+        For more than one run, and for a scenario in which a fit needs a start.
 
     Examples
     --------
@@ -113,7 +121,6 @@ def alternatives(found, within=9.0, max_iterations=200):
     """
     if check_is("found", found, Fit).state.ndim != 1:
         raise ValueError(f"alternatives are of one run, and these are {found.state.shape[:-1]}; fit one")
-    found.check_squares("the list of alternatives")
     within = check_scalar("within", within, above=0.0)
     if not found.converged:
         return []
@@ -121,7 +128,9 @@ def alternatives(found, within=9.0, max_iterations=200):
     scenario, measured = found.scenario.keep(there), found.measured[there]
     starts = (grid_of_motions if has_cosines(scenario) else starts_at_ranges)(scenario, measured)
     starts = np.concatenate([found.state[None], starts[np.isfinite(starts).all(axis=1)]])
-    states, costs, _ = distinct_minima(scenario, measured, starts, max_iterations=max_iterations)
+    states, costs, _ = distinct_minima(
+        scenario, measured, starts, max_iterations=max_iterations, loss=found.loss
+    )
     jacobian = scenario.linearise(found.state)[1] / scenario.sigma[:, None]
     return [
         Alternative(state, float(cost), float(np.exp((found.cost - cost) / 2)))

@@ -57,12 +57,39 @@ True
 
 from __future__ import annotations
 
+from typing import Any, Protocol, runtime_checkable
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .checks import check_array, check_has, check_scalar
+from .types import FloatArray, Motion
 
 
-def check_model(model, platform, times, state, reference_time=0.0, step=1e-6):
+@runtime_checkable
+class MeasurementModel(Protocol):
+    """What every measurement model has; what is optional besides, the top of this page says."""
+
+    @property
+    def coordinates(self) -> tuple[str, ...]: ...
+
+    def observer_state(self, platform: Motion, times: FloatArray, /) -> FloatArray: ...
+
+    def value_and_gradient(
+        self, state: Any, observer: FloatArray, elapsed: FloatArray, /
+    ) -> tuple[FloatArray, FloatArray]: ...
+
+    def residual(self, measured: FloatArray, predicted: FloatArray, /) -> FloatArray: ...
+
+
+def check_model(
+    model: MeasurementModel,
+    platform: Motion,
+    times: ArrayLike,
+    state: ArrayLike,
+    reference_time: float = 0.0,
+    step: float = 1e-6,
+) -> float:
     """Largest relative difference of a model's gradient and central differences of its value.
 
     Parameters

@@ -3,22 +3,31 @@
 An experiment is a *task*, a function of a seed and a number of runs that returns named arrays with one
 row a run. `monte_carlo` calls it for chunks of 500 runs. Chunk k of a stream always gets the seed
 ``SeedSequence(entropy=seed, spawn_key=(number, k))``, so the first 500 runs of a long experiment are
-the short experiment, and the result does not depend on who computes which chunk.
+the short experiment, and the result does not depend on who computes which chunk. A chunk can be kept in a
+folder (see `tmalib.chunks`), where a rerun finds it.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from .checks import as_numbers, check_count, check_is, check_scalar, set_fields, short
+from .checks import as_numbers, check_count, check_scalar, set_fields, short
+from .chunks import Rows, folder_of, kept_chunk, run_chunk
+from .types import FilePath, FloatArray
 
-SEED = 2016
+SEED = int(os.environ.get("TMALIB_SEED", "2016"))  # of every stream; another one only for `make reseed`
 CHUNK = 500
+TAKES = {"task": "a seed and a number of runs", "progress": "two numbers of runs"}
 LARGEST = 1e70  # of an error whose fourth power still has a sum
 NAMED = 1 << 32  # streams that a name numbers come after this; lower numbers are given by hand
 
@@ -42,7 +51,7 @@ class Stream:
     name: str
     number: int = -1
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise ValueError(f"the name of a stream must be a text that is not empty, got {self.name!r}")
         if self.number != int(check_scalar("number", self.number)):
@@ -51,12 +60,12 @@ class Stream:
             digest = hashlib.sha256(self.name.encode()).digest()
             set_fields(self, number=NAMED + int.from_bytes(digest[:4]))
 
-    def chunk(self, k=0, seed=SEED):
+    def chunk(self, k: int = 0, seed: int = SEED) -> np.random.SeedSequence:
         """Seed of a chunk, a `numpy.random.SeedSequence`."""
         return np.random.SeedSequence(entropy=seed, spawn_key=(self.number, k))
 
     @property
-    def source(self):
+    def source(self) -> Source:
         """The `Source` of numbers that are drawn from the stream without a task."""
         return Source("", self.name, SEED, 0)
 
@@ -73,7 +82,7 @@ class Source:
     seed: int
     runs: int
 
-    def __str__(self):
+    def __str__(self) -> str:
         made = f"{self.task}, {self.runs} runs, " if self.task else ""
         return f"{made}stream {self.stream}, seed {self.seed}"
 
@@ -81,33 +90,48 @@ class Source:
 class Runs(Mapping):
     """Named arrays with one row a run, and their `Source`."""
 
-    def __init__(self, arrays, source):
+    def __init__(self, arrays: Mapping[str, Any], source: Source) -> None:
         self._arrays, self.source = dict(arrays), source
 
-    def __getitem__(self, key):
+    def __getitem__(self, key: str) -> Any:
         return self._arrays[key]
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[str]:
         return iter(self._arrays)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self._arrays)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"Runs({', '.join(self)}; {self.source})"
 
 
-def task_name(task):
+def task_name(task: Callable[..., Any]) -> str:
     """A task in words: ``module.function(argument=value)``, also of a `functools.partial`."""
-    settings = []
+    settings: list[str] = []
     while isinstance(task, partial):
         settings = [*map(repr, task.args), *(f"{k}={v!r}" for k, v in task.keywords.items()), *settings]
         task = task.func
-    name = f"{task.__module__}.{task.__qualname__}"
+    name = f"{task.__module__}.{task.__qualname__}" if hasattr(task, "__qualname__") else repr(task)
     return f"{name}({', '.join(settings)})" if settings else name
 
 
-def monte_carlo(task, runs, stream, *, seed=SEED, executor=None):
+def exact_task_name(task: Callable[..., Any]) -> str:
+    """`task_name` with all numbers of its arrays, to the last digit: other arguments have another name."""
+    with np.printoptions(threshold=sys.maxsize, floatmode="unique"):
+        return task_name(task)
+
+
+def monte_carlo(
+    task: Callable[..., Mapping[str, Any]],
+    runs: int,
+    stream: Stream | str,
+    *,
+    seed: int = SEED,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], object] | None = None,
+    keep: FilePath | None = None,
+) -> Runs:
     """Run a task ``runs`` times and return its arrays, one row a run.
 
     Parameters
@@ -116,39 +140,63 @@ def monte_carlo(task, runs, stream, *, seed=SEED, executor=None):
         ``task(seed, runs)`` returns a dict of arrays with leading axis ``runs``. With a process pool it
         must be picklable: a function of a module, or a `functools.partial` of one.
     runs : int
+        Of none the task is asked once, for arrays without rows.
     stream : Stream or str
         Where the random numbers come from; any name will do.
     seed : int
     executor : concurrent.futures.Executor, optional
         Anything with an ordered ``map``: a process pool, dask's or mpi4py's executor. Serial by default.
+    progress : callable, optional
+        ``progress(finished, total)`` is called with numbers of runs after every chunk of 500, in order.
+    keep : str or path, optional
+        A folder into which every chunk is written when it is finished. After an interrupt or an exception
+        the same call goes on with what is missing. Runs of another task, stream or seed are refused; take
+        another folder when the code of the task has changed.
 
     Returns
     -------
     Runs
-        The arrays by name, bit-identical for every executor and number of workers, and their ``source``.
+        The arrays by name, bit-identical for every executor and number of workers, kept or not, and their
+        ``source``.
+
+    Raises
+    ------
+    ValueError
+        For a number of runs that is none, a task that returns other things, a folder of another experiment.
+        Whatever the task raises is passed on, and names the chunk.
 
     Examples
     --------
     >>> import numpy as np
     >>> def toss(seed, runs):
     ...     return {"heads": np.random.default_rng(seed).random(runs) < 0.5}
-    >>> found = monte_carlo(toss, 1000, "coins")
+    >>> found = monte_carlo(toss, 1200, "coins", progress=lambda finished, total: print(finished, total))
+    500 1200
+    1000 1200
+    1200 1200
     >>> found["heads"].shape, found.source.runs
-    ((1000,), 1000)
+    ((1200,), 1200)
     """
-    runs = check_count("runs", runs)
-    if not callable(task):
-        raise ValueError(f"task must be a function of a seed and a number of runs, got {short(task)}")
+    runs = check_count("runs", runs, least=0)
+    for name, value in (("task", task), ("progress", progress)):
+        if not callable(value) and not (name == "progress" and value is None):
+            raise ValueError(f"{name} must be a function of {TAKES[name]}, got {short(value)}")
     stream = stream if isinstance(stream, Stream) else Stream(stream)
-    counts = [min(CHUNK, runs - first) for first in range(0, runs, CHUNK)]
+    source = Source(task_name(task), stream.name, seed, runs)
+    compute = partial(run_chunk, task)
+    if keep is not None:
+        digest = hashlib.sha256(exact_task_name(task).encode()).hexdigest()[:16]
+        experiment = f"{short(source.task)} ({digest}), {stream}, seed {seed}"
+        compute = partial(kept_chunk, task, folder_of(keep, experiment))
+    counts = [min(CHUNK, runs - first) for first in range(0, runs, CHUNK)] or [0]
     seeds = [stream.chunk(k, seed) for k in range(len(counts))]
-    parts = list((executor.map if executor else map)(task, seeds, counts))
-    for part, count in zip(parts, counts, strict=True):
-        for key, rows in check_is("what the task returns", part, Mapping).items():
-            if np.shape(rows)[:1] != (count,):
-                raise ValueError(f"the task must return {count} rows of {key!r}, got shape {np.shape(rows)}")
+    parts: list[Rows] = []
+    for part in (executor.map if executor else map)(compute, range(len(counts)), seeds, counts):
+        parts.append(part)
+        if progress is not None:
+            progress(min(len(parts) * CHUNK, runs), runs)
     arrays = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
-    return Runs(arrays, Source(task_name(task), stream.name, seed, runs))
+    return Runs(arrays, source)
 
 
 @dataclass(frozen=True)
@@ -169,16 +217,16 @@ class Statistics:
 
     runs: int
     used: int
-    bias: np.ndarray
-    std: np.ndarray
-    kurtosis: np.ndarray
-    left_out: dict
+    bias: FloatArray
+    std: FloatArray
+    kurtosis: FloatArray
+    left_out: dict[str, int]
 
-    def bias_se(self, runs=None):
+    def bias_se(self, runs: int | None = None) -> FloatArray:
         """Standard error ``s / sqrt(n)`` of a bias from ``runs`` runs (default: those used)."""
         return self.std / np.sqrt(self.used if runs is None else runs)
 
-    def std_se(self, runs=None):
+    def std_se(self, runs: int | None = None) -> FloatArray:
         """Standard error of a standard deviation from ``runs`` runs (default: those used).
 
         ``s / 2 sqrt((kurtosis - (n - 3) / (n - 1)) / n)``; for a Gaussian ``s / sqrt(2 (n - 1))``.
@@ -187,7 +235,7 @@ class Statistics:
         return self.std / 2 * np.sqrt((self.kurtosis - (n - 3) / (n - 1)) / n)
 
 
-def statistics(errors, used=None):
+def statistics(errors: ArrayLike, used: ArrayLike | None = None) -> Statistics:
     """`Statistics` of errors over runs; a run that is left out is counted.
 
     Parameters

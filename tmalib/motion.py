@@ -1,7 +1,8 @@
 """Courses: where a platform or a target is, and which way it heads, at a time.
 
-A *motion* is anything with ``position_at(t)`` and ``heading_at(t)``. Three are here: `Target` (constant
-velocity, the papers' target), `Course` (legs and turns) and `SampledCourse` (given points).
+A *motion* is anything with ``position_at(t)`` and ``heading_at(t)`` (see `tmalib.types.Motion`).
+Three are here: `Target` (constant velocity, the papers' target), `Course` (legs and turns) and
+`SampledCourse` (given points).
 
 A leg of constant turn rate ``w`` that starts at ``p0`` with heading ``h0`` and speed ``v`` reaches,
 after ``s`` seconds::
@@ -16,15 +17,18 @@ East is x, north is y, headings are clockwise from north, in radians; metres and
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .checks import as_numbers, check_array, check_scalar, check_sequence, set_fields
+from .types import Array, FloatArray
 
 
-def unit(heading):
+def unit(heading: ArrayLike) -> FloatArray:
     """Unit vector(s) ``[sin h, cos h]`` along a heading, shape ``(..., 2)``."""
     heading = np.asarray(heading, dtype=float)
     return np.stack([np.sin(heading), np.cos(heading)], axis=-1)
@@ -59,14 +63,14 @@ class Target:
     array([3000., 4030.])
     """
 
-    position: np.ndarray
+    position: Array
     speed: float
     heading: float
     depth: float | None = None
     time: float = 0.0
-    velocity: np.ndarray = field(init=False, repr=False)
+    velocity: FloatArray = field(init=False, repr=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         set_fields(
             self,
             position=check_array("position", self.position, (2,)),
@@ -78,23 +82,25 @@ class Target:
         set_fields(self, velocity=self.speed * unit(self.heading))
 
     @classmethod
-    def from_velocity(cls, position, velocity, depth=None, time=0.0):
+    def from_velocity(
+        cls, position: ArrayLike, velocity: ArrayLike, depth: float | None = None, time: float = 0.0
+    ) -> Target:
         """The target with a velocity vector ``(vx, vy)`` in m/s instead of speed and heading."""
         velocity = check_array("velocity", velocity, (2,))
         target = cls(position, np.hypot(*velocity), np.arctan2(*velocity), depth, time)
         set_fields(target, velocity=velocity)  # as given, without the rounding of speed and heading
         return target
 
-    def position_at(self, t):
+    def position_at(self, t: ArrayLike) -> FloatArray:
         """Position at the times ``t``, shape ``t.shape + (2,)``, in metres."""
         elapsed = as_numbers("t", t) - self.time
         return self.position + elapsed[..., None] * self.velocity
 
-    def heading_at(self, t):
+    def heading_at(self, t: ArrayLike) -> FloatArray:
         """Heading at the times ``t`` in radians: a constant."""
         return np.full(as_numbers("t", t).shape, self.heading)
 
-    def state(self, t, coordinates=("x", "y", "vx", "vy")):
+    def state(self, t: float, coordinates: Sequence[str] = ("x", "y", "vx", "vy")) -> FloatArray:
         """State vector at time ``t`` in the named coordinates (``x, y, z, vx, vy``)."""
         t = check_scalar("t", t)
         (x, y), (vx, vy) = self.position_at(t), self.velocity
@@ -119,7 +125,7 @@ class Leg:
     speed: float | None = None
     heading: float | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         duration = as_numbers("duration", self.duration)  # it may be infinite
         if duration.ndim or not duration > 0:
             raise ValueError(f"duration of a leg must be positive, got {self.duration!r}")
@@ -130,12 +136,12 @@ class Leg:
             check_scalar("heading", self.heading)
 
 
-def Straight(duration, speed=None, heading=None):
+def Straight(duration: float, speed: float | None = None, heading: float | None = None) -> Leg:
     """A straight leg of ``duration`` seconds (``numpy.inf`` for a last leg without end)."""
     return Leg(duration, 0.0, speed, heading)
 
 
-def Turn(duration, rate, speed=None):
+def Turn(duration: float, rate: float, speed: float | None = None) -> Leg:
     """A turn of ``duration`` seconds at ``rate`` rad/s, positive to the right (clockwise)."""
     return Leg(duration, rate, speed)
 
@@ -167,13 +173,13 @@ class Course:
     array([700.,   0.])
     """
 
-    start: np.ndarray
+    start: Array
     speed: float
     heading: float
-    legs: tuple
+    legs: Sequence[Leg]
     start_time: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         set_fields(
             self,
             start=check_array("start", self.start, (2,)),
@@ -189,7 +195,7 @@ class Course:
             raise ValueError(f"legs must be finite but for the last, got one without end: legs[{endless[0]}]")
 
     @cached_property
-    def leg_starts(self):
+    def leg_starts(self) -> FloatArray:
         """Time, x, y, heading, speed and turn rate at the start of every leg, shape ``(legs, 6)``."""
         time, place, heading, speed = self.start_time, self.start, self.heading, self.speed
         rows = []
@@ -204,7 +210,7 @@ class Course:
         return np.array(rows)
 
     @property
-    def end_time(self):
+    def end_time(self) -> float:
         """Time at which the last leg ends, in seconds."""
         return self.leg_starts[-1, 0] + self.legs[-1].duration
 
@@ -221,12 +227,12 @@ class Course:
         row = table[np.clip(np.searchsorted(table[:, 0], t, side="right") - 1, 0, None)]
         return row, t - row[..., 0]
 
-    def position_at(self, t):
+    def position_at(self, t: ArrayLike) -> FloatArray:
         """Position at the times ``t``, shape ``t.shape + (2,)``, in metres."""
         row, elapsed = self._leg_at(t)
         return row[..., 1:3] + _chord(row[..., 4], row[..., 3], row[..., 5], elapsed)
 
-    def heading_at(self, t):
+    def heading_at(self, t: ArrayLike) -> FloatArray:
         """Heading at the times ``t``, in radians, not wrapped."""
         row, elapsed = self._leg_at(t)
         return row[..., 3] + row[..., 5] * elapsed
@@ -258,17 +264,15 @@ class SampledCourse:
         For unsorted times, wrong shapes, NaN, and for a time outside the samples.
     """
 
-    times: np.ndarray
-    positions: np.ndarray
-    headings: np.ndarray | None = None
+    times: Array
+    positions: Array
+    headings: Array | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         times = check_array("times", self.times, (None,))
         if not len(times) or np.any(np.diff(times) <= 0):
             raise ValueError(f"times must be strictly increasing and not empty, got {times}")
-        headings = (
-            self.headings if self.headings is None else check_array("headings", self.headings, times.shape)
-        )
+        headings = None if self.headings is None else check_array("headings", self.headings, times.shape)
         set_fields(
             self,
             times=times,
@@ -284,12 +288,12 @@ class SampledCourse:
             )
         return t
 
-    def position_at(self, t):
+    def position_at(self, t: ArrayLike) -> FloatArray:
         """Position at the times ``t``, shape ``t.shape + (2,)``, in metres."""
-        t = self._inside(t)
-        return np.stack([np.interp(t, self.times, column) for column in self.positions.T], axis=-1)
+        inside = self._inside(t)
+        return np.stack([np.interp(inside, self.times, column) for column in self.positions.T], axis=-1)
 
-    def heading_at(self, t):
+    def heading_at(self, t: ArrayLike) -> FloatArray:
         """Heading at the times ``t``, in radians."""
         if self.headings is None:
             raise ValueError("this SampledCourse has no headings; give SampledCourse(headings=...)")

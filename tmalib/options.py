@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 
 from .checks import check_count
 from .files.clock import parse_time
@@ -17,7 +18,7 @@ EXAMPLES = {
 }
 
 
-def parse_options(arguments):
+def parse_options(arguments: Sequence[str]) -> argparse.Namespace:
     """The options of a list of arguments, their ``command`` among them.
 
     Exits with 0 after ``--help``, and with 2 and a line on the standard error for what is none.

@@ -29,15 +29,19 @@ where there are few.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import status as words
 from .checks import check_is, check_scalar, check_seed
 from .clouds import Cloud, one_run
 from .process_noise import ProcessNoise
+from .scenario import Scenario
 from .sensors import in_order_of_time
+from .types import FloatArray, IntArray, Seed
 from .uniform import moving_pairs
 
 FEW_FAMILIES = 10  # the spread of so many independent draws is known to 1 / sqrt(2 10), 22 per cent
@@ -73,24 +77,24 @@ class ParticleTrack:
         ``"not finite"`` where another row of `state`, `covariance` or `standard_error` is not.
     """
 
-    times: np.ndarray
-    state: np.ndarray
-    covariance: np.ndarray
-    standard_error: np.ndarray
-    effective: np.ndarray
-    families: np.ndarray
+    times: FloatArray
+    state: FloatArray
+    covariance: FloatArray
+    standard_error: FloatArray
+    effective: FloatArray
+    families: FloatArray
     log_likelihood: float
-    particles: np.ndarray
-    ancestor: np.ndarray
+    particles: FloatArray
+    ancestor: IntArray
     status: str
 
     @property
-    def finite(self):
+    def finite(self) -> bool:
         """Whether the filter came to a good end."""
         return self.status == words.FILTERED
 
     @property
-    def degenerate(self):
+    def degenerate(self) -> bool:
         """Whether the last cloud has fewer than `FEW_FAMILIES` families.
 
         What the first cloud had and nothing disturbs, such as a range that only the whole series of bearings
@@ -103,7 +107,14 @@ class ParticleTrack:
         return bool(self.families[-1] < FEW_FAMILIES)
 
 
-def sir(scenario, angles, cloud, beta, seed, walks=None):
+def sir(
+    scenario: Scenario,
+    angles: ArrayLike,
+    cloud: Cloud,
+    beta: float,
+    seed: Seed,
+    walks: Mapping[str, float] | None = None,
+) -> ParticleTrack:
     """SIR particle filter for a target whose velocity is disturbed at random.
 
     Parameters
@@ -179,7 +190,7 @@ def sir(scenario, angles, cloud, beta, seed, walks=None):
     )  # fmt: skip
 
 
-def systematic_resample(weights, u):
+def systematic_resample(weights: ArrayLike, u: float) -> IntArray:
     """Indices of the particles that survive, each about ``N w / sum w`` times, shape ``(N,)``.
 
     Particle i is taken once for each of the points ``(u + j) / N``, ``j = 0 .. N - 1``, that lies in its

@@ -10,13 +10,18 @@ done with; from the lowest of the others the next piece starts.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .bearings import wrap
+from .charts import ModifiedPolar
 from .motion import unit
 from .profile import Held, criterion_at, lowest_of, starts_at
+from .scenario import Scenario
+from .types import BoolArray, FloatArray
 
 FARTHEST, STEP = 1e6, 1.12  # metres; of the grid of ranges, a factor
 BEARINGS = 8  # from which the rest is fitted
@@ -42,31 +47,31 @@ class Piece:
         Fitted states: with that criterion, left and right.
     """
 
-    range: np.ndarray
-    left: np.ndarray
-    right: np.ndarray
-    cost: np.ndarray
-    state: np.ndarray
+    range: FloatArray
+    left: FloatArray
+    right: FloatArray
+    cost: FloatArray
+    state: FloatArray
 
-    def sides_at(self, distance):
+    def sides_at(self, distance: FloatArray) -> list[FloatArray]:
         """Bearings ``(...)`` of the two sides at some distances; NaN beyond the piece's limits."""
         within = (distance >= self.range[0] * (1 - 1e-6)) & (distance <= self.range[-1] * (1 + 1e-6))
         log = np.log(self.range)
         sides = (np.interp(np.log(distance), log, side) for side in (self.left, self.right))
         return [np.where(within, side, np.nan) for side in sides]
 
-    def holds(self, theta, distance):
+    def holds(self, theta: FloatArray, distance: FloatArray) -> BoolArray:
         """Whether positions, given as bearings and distances, are between the sides."""
         left, right = self.sides_at(distance)
         return np.abs(wrap(theta - (left + right) / 2)) <= (right - left) / 2 + 1e-9
 
-    def boundary(self, origin):
+    def boundary(self, origin: FloatArray) -> FloatArray:
         """The closed line, ``(2 R + 1, 2)``: out along the right side and back along the left."""
         out, back = (origin + self.range[:, None] * unit(side) for side in (self.right, self.left))
         return np.concatenate([out, back[::-1], out[:1]])
 
 
-def area_of(pieces):
+def area_of(pieces: Sequence[Piece]) -> float:
     """Area of the union of pieces in square metres: the integral of width times range, by trapezoids."""
     beyond = [piece.range[[0, -1]] * [1 - 2e-6, 1 + 2e-6] for piece in pieces]  # where it has no sides
     distance = np.unique(np.concatenate([*(piece.range for piece in pieces), *beyond]))
@@ -87,31 +92,31 @@ class PolarSearch:
     ``chart`` is `ModifiedPolar`, in which the range can be held.
     """
 
-    scenario: object
-    measured: np.ndarray
-    chart: object
+    scenario: Scenario
+    measured: FloatArray
+    chart: ModifiedPolar
     nearest: float
 
-    def polar(self, state):
+    def polar(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Bearings and distances ``(...)`` of states ``(..., n)``."""
         dx, dy = np.moveaxis(state[..., self.chart.places[:2]] - self.chart.origin, -1, 0)
         return np.arctan2(dx, dy), np.hypot(dx, dy)
 
-    def position(self, theta, distance):
+    def position(self, theta: ArrayLike, distance: ArrayLike) -> FloatArray:
         """Positions ``(..., 2)`` of bearings and distances."""
         return self.chart.origin + np.asarray(distance)[..., None] * unit(theta)
 
-    def fitted(self, starts, held=True):
+    def fitted(self, starts: FloatArray, held: bool = True) -> tuple[FloatArray, FloatArray]:
         """States and criteria from starts ``(S, M, n)``, with the range held or not."""
         many = np.broadcast_to(self.measured, (starts.shape[1], len(self.measured)))
         chart = Held(self.chart, (self.chart.places[1],)) if held else self.chart
         return lowest_of(self.scenario, many, starts, chart)
 
-    def at_range(self, state, distance):
+    def at_range(self, state: FloatArray, distance: FloatArray) -> tuple[FloatArray, FloatArray]:
         """States and criteria with the range held, from states ``(M, n)`` at other ranges."""
         return self.fitted(starts_at(self.scenario, state, self.position(self.polar(state)[0], distance)))
 
-    def seeds(self, state):
+    def seeds(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
         """States and criteria along the grid, and at the minima near to its lowest ones and to a state."""
         steps = int(np.ceil(np.log(FARTHEST / self.nearest) / np.log(STEP)))
         grid = np.geomspace(self.nearest, FARTHEST, steps + 1)
@@ -126,7 +131,7 @@ class PolarSearch:
         lower = np.where((away >= self.nearest) & (away <= FARTHEST), lower, np.inf)
         return np.concatenate([found, free]), np.concatenate([cost, lower])
 
-    def pieces(self, seeds, cost, limit):
+    def pieces(self, seeds: FloatArray, cost: FloatArray, limit: float) -> list[Piece]:
         """Each `Piece` with a criterion up to a limit, from the lowest seed on."""
         seeds, cost, found = seeds[cost <= limit], cost[cost <= limit], []
         while len(seeds):

@@ -6,14 +6,17 @@ After an update the same three, mean, covariance and time, are the prior of the 
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .batch import along_first_bearing, first_bearing
 from .checks import as_numbers, check_is, check_pair, check_scalar, check_sequence, set_fields
 from .scenario import Scenario
 from .status import FILTERED, status_of_filter
+from .types import Array, BoolArray, FloatArray, TextArray
 from .uniform import PLANE, moving_pairs
 
 
@@ -40,12 +43,12 @@ class Prior:
         For wrong shapes, or a covariance that is not symmetric and positive definite.
     """
 
-    mean: np.ndarray
-    covariance: np.ndarray
+    mean: Array
+    covariance: Array
     time: float
-    coordinates: tuple | None = None
+    coordinates: Sequence[str] | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         mean, covariance = as_numbers("mean", self.mean), as_numbers("covariance", self.covariance)
         n = mean.shape[-1] if mean.ndim else 0
         square = n and covariance.shape[-2:] == (n, n)
@@ -64,10 +67,10 @@ class Prior:
         time = check_scalar("prior time", self.time)
         set_fields(self, mean=mean, covariance=covariance, time=time, coordinates=names)
 
-    def names_for(self, scenario):
+    def names_for(self, scenario: Scenario) -> tuple[str, ...]:
         """Names of the components, among them all that the scenario's sensors want; else `ValueError`."""
         wanted, n = scenario.coordinates, self.mean.shape[-1]
-        names = wanted if self.coordinates is None else self.coordinates
+        names = wanted if self.coordinates is None else tuple(self.coordinates)
         if len(names) != n or not set(wanted) <= set(names):
             raise ValueError(f"prior must have the components {wanted}, got mean {self.mean.shape}, {names}")
         return names
@@ -87,24 +90,26 @@ class FilterState(Prior):
         `False` for a measurement that is missing or outside the gate. `None` after `predict`.
     """
 
-    nis: np.ndarray | None = None
-    used: np.ndarray | None = None
+    nis: FloatArray | None = None
+    used: BoolArray | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """No checks: a covariance that a filter made is reported, not refused."""
 
     @property
-    def status(self):
+    def status(self) -> TextArray:
         """A word of `tmalib.status` for each run, ``(...)``: ``"filtered"`` or ``"not finite"``."""
         return status_of_filter(self.mean[..., None, :], self.covariance[..., None, :, :])
 
     @property
-    def finite(self):
+    def finite(self) -> BoolArray:
         """Which runs came to a good end, ``(...)``."""
         return self.status == FILTERED
 
 
-def check_others(scenario, others):
+def check_others(
+    scenario: Scenario, others: Mapping[str, tuple[float, float]] | None
+) -> dict[str, tuple[float, float]]:
     """``others`` as a dict; `ValueError` unless it names the unknowns besides position and velocity, all."""
     others = check_is("others", {} if others is None else others, dict)
     wanted = set(scenario.coordinates) - set(PLANE)
@@ -113,7 +118,7 @@ def check_others(scenario, others):
     return {name: check_pair(f"others[{name!r}]", pair) for name, pair in others.items()}
 
 
-def first_prediction(scenario, column, states):
+def first_prediction(scenario: Scenario, column: int, states: FloatArray) -> tuple[FloatArray, FloatArray]:
     """What the measurement in a column is predicted to be, and its gradient, for states at its time.
 
     States ``(..., n)``; value ``(...)`` and gradient ``(n, ...)``.
@@ -123,7 +128,14 @@ def first_prediction(scenario, column, states):
     return block.predict(np.moveaxis(states, -1, 0), observer, 0.0)
 
 
-def prior_along_first_bearing(scenario, angles, range, range_sigma, velocity_sigma, others=None):
+def prior_along_first_bearing(
+    scenario: Scenario,
+    angles: ArrayLike,
+    range: float,
+    range_sigma: float,
+    velocity_sigma: float,
+    others: Mapping[str, tuple[float, float]] | None = None,
+) -> Prior:
     """`Prior` of each run: at rest on the first bearing, at ``range``, more or less.
 
     Parameters

@@ -13,12 +13,13 @@ velocity has wandered by ``sqrt(q T)`` and a position by ``sqrt(q T^3 / 3)``, on
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from .checks import check_is, check_scalar, set_fields
+from .types import FloatArray
 from .uniform import BENDING, PLANE, moving_pairs
 
 
@@ -51,9 +52,9 @@ class ProcessNoise:
     """
 
     acceleration: float = 0.0
-    walks: Mapping = field(default_factory=dict)
+    walks: Mapping[str, float] = field(default_factory=dict)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_is("walks", self.walks, Mapping)
         wrong = [name for name in self.walks if name in (*PLANE, *BENDING)]
         if wrong:
@@ -64,7 +65,7 @@ class ProcessNoise:
             walks={name: check_scalar(f"walks[{name!r}]", d, minimum=0.0) for name, d in self.walks.items()},
         )
 
-    def covariance(self, duration, coordinates=PLANE):
+    def covariance(self, duration: float, coordinates: Sequence[str] = PLANE) -> FloatArray:
         """What ``duration`` seconds add to the covariance of the state after them, shape ``(n, n)``.
 
         `ValueError` for a negative duration, or a walk of what is no component.
@@ -79,7 +80,7 @@ class ProcessNoise:
             added[i, i] = density * duration
         return added
 
-    def walking(self, coordinates):
+    def walking(self, coordinates: Sequence[str]) -> dict[int, float]:
         """Index of each component that wanders to its density; `ValueError` for what is no component."""
         unknown = [name for name in self.walks if name not in coordinates]
         if unknown:

@@ -14,15 +14,18 @@ have zero rows there, and no step moves them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .batch import fit, without_gaps
-from .charts import Cartesian, chart_of
+from .charts import Cartesian, Chart, chart_of
 from .checks import as_numbers, check_broadcast, check_is
 from .levenberg_marquardt import minimise_in_blocks
 from .scenario import Scenario
+from .types import FloatArray
 from .uniform import moving_pairs
 
 TOLERANCE = 1e-3  # Newton decrement: the criterion is then right to its square
@@ -33,23 +36,25 @@ PASSES = 60
 class Held:
     """A chart in which the components at ``places`` keep the values of the start."""
 
-    chart: object
-    places: tuple
+    chart: Chart
+    places: Sequence[int]
 
-    def from_state(self, state):
+    def from_state(self, state: FloatArray) -> FloatArray:
         return self.chart.from_state(state)
 
-    def to_state(self, point):
+    def to_state(self, point: FloatArray) -> FloatArray:
         return self.chart.to_state(point)
 
-    def jacobian(self, point):
+    def jacobian(self, point: FloatArray) -> FloatArray:
         """That of the chart, zero for what is held, ``(..., n, n)``."""
         slope = np.array(self.chart.jacobian(point))
         slope[..., np.array(self.places)] = 0.0
         return slope
 
 
-def lowest_of(scenario, angles, starts, chart):
+def lowest_of(
+    scenario: Scenario, angles: FloatArray, starts: FloatArray, chart: Chart
+) -> tuple[FloatArray, FloatArray]:
     """Of several starts a run, the state with the lowest criterion that a chart's steps reach.
 
     Parameters
@@ -73,7 +78,7 @@ def lowest_of(scenario, angles, starts, chart):
     return found.state.reshape(starts.shape)[best], cost[best]
 
 
-def starts_at(scenario, state, position):
+def starts_at(scenario: Scenario, state: FloatArray, position: FloatArray) -> FloatArray:
     """Starts ``(S, runs, n)`` at given positions: bearings kept, velocity kept, and at rest.
 
     ``state`` and ``position`` are ``(runs, n)`` and ``(runs, 2)``. To keep the bearings as they are, the
@@ -96,18 +101,22 @@ def starts_at(scenario, state, position):
     return np.stack([turned, kept, rest])
 
 
-def criterion_at(scenario, angles, state, position, near=False):
+def criterion_at(
+    scenario: Scenario, angles: FloatArray, state: FloatArray, position: FloatArray, near: bool = False
+) -> tuple[FloatArray, FloatArray]:
     """States and lowest criteria of runs ``(runs, N)`` with their positions ``(runs, 2)`` held.
 
     The steps start from states ``(runs, n)`` moved there; if these are ``near``, one start is enough.
     """
     starts = starts_at(scenario, state, position)
-    chart = Held(Cartesian(), moving_pairs(scenario.coordinates)[0])
+    chart = Held(Cartesian(), tuple(moving_pairs(scenario.coordinates)[0]))
     many = np.broadcast_to(angles, (len(position), angles.shape[-1]))
     return lowest_of(scenario, many, starts[:1] if near else starts, chart)
 
 
-def profile_criterion(scenario, angles, position, start=None):
+def profile_criterion(
+    scenario: Scenario, angles: ArrayLike, position: ArrayLike, start: ArrayLike | None = None
+) -> FloatArray:
     """The profile ``D`` of a position for every run: chi-square with two degrees of freedom at the true one.
 
     Parameters

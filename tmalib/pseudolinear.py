@@ -21,7 +21,13 @@ Source: Lindgren and Gong (1978); bias: Nardone, Lindgren and Gong (1984), here 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike
+
+from .scenario import Scenario
+from .types import FloatArray
 
 FIRST_RANGE = 10e3  # metres: of all bearings in the first round
 NEAREST, FARTHEST = 10.0, 1e6  # metres: between these the weights follow the range
@@ -42,7 +48,7 @@ class Places:
     not, only a delay can tell it. ``speed`` is that of the uniform motion.
     """
 
-    def __init__(self, scenario):
+    def __init__(self, scenario: Scenario) -> None:
         times, sensors = scenario.times, scenario.sensors
         self.elapsed = times - scenario.reference_time
         self.first, self.nearest = int(np.argmin(times)), int(np.argmin(np.abs(self.elapsed)))
@@ -60,7 +66,7 @@ class Places:
         turned = np.hypot(*(self.away - (uniform @ motion[0]).T))
         self.turns = np.linalg.norm(turned / self.sigma) > FIRST_RANGE
 
-    def ranges(self, state):
+    def ranges(self, state: FloatArray) -> FloatArray:
         """Ranges ``(runs, N)`` at which what is measured was emitted, of states ``(runs, 4)``."""
         x, y, vx, vy = slower_than_sound(state, self.slowest_sound).T[:, :, None]
         dx, dy = self.elapsed * vx, self.elapsed * vy
@@ -76,7 +82,7 @@ class Places:
 class Equations:
     """The equations of bearings ``(runs, N)``, for a state at the reference time."""
 
-    def __init__(self, places, angles):
+    def __init__(self, places: Places, angles: FloatArray) -> None:
         self.places, self.angles = places, angles
         (px, py), double = places.away, (2 * angles).astype(np.float32)  # enough for a start, and faster
         cos, sin = places.clearer * np.cos(double), places.clearer * np.sin(double)
@@ -87,7 +93,7 @@ class Equations:
         np.subtract(0.5, cos, out=yy)
         x[:], y[:] = xx * px + xy * py, xy * px + yy * py
 
-    def free(self, rounds):
+    def free(self, rounds: int) -> tuple[FloatArray, FloatArray]:
         """States ``(runs, 4)``, and the relative standard deviations of their ranges, ``(runs,)``."""
         here = self.places
         s = here.elapsed - FIRST_RANGE * here.slowness
@@ -107,7 +113,7 @@ class Equations:
             spread = np.sqrt(np.vecdot(sides[..., 1], solved[..., 1])) / distance[:, here.nearest]
         return self._finished(solved[..., 0]), spread
 
-    def held(self, ranges, runs=slice(None)):
+    def held(self, ranges: ArrayLike, runs: Any = slice(None)) -> FloatArray:
         """States ``(runs, H, 4)`` for every one of the ranges ``(H,)`` at the first bearing."""
         here, theta = self.places, self.angles[runs, self.places.first]
         ranges = np.asarray(ranges)[:, None]
@@ -131,7 +137,7 @@ class Equations:
         return state
 
 
-def slower_than_sound(state, sound):
+def slower_than_sound(state: FloatArray, sound: float) -> FloatArray:
     """The states ``(..., 4)`` with speeds of at most `FASTEST` of that of sound."""
     if np.isinf(sound):
         return state

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .bearings import TOUCHING, displacement
+from .types import FloatArray, Motion, StateRows
 
 
 @dataclass(frozen=True)
@@ -36,11 +37,13 @@ class Range:
 
     coordinates = ("x", "y", "vx", "vy")
 
-    def observer_state(self, platform, times):
+    def observer_state(self, platform: Motion, times: FloatArray) -> FloatArray:
         """Position of the platform, shape ``(2, N)``."""
         return np.ascontiguousarray(platform.position_at(times).T)
 
-    def value_and_gradient(self, state, observer, elapsed):
+    def value_and_gradient(
+        self, state: StateRows, observer: FloatArray, elapsed: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         dx, dy = displacement(state, observer, elapsed)
         value = np.hypot(dx, dy)
         gradient = np.empty((4, *value.shape))
@@ -49,11 +52,11 @@ class Range:
         np.multiply(elapsed, gradient[:2], out=gradient[2:])
         return value, gradient
 
-    def residual(self, measured, predicted):
+    def residual(self, measured: FloatArray, predicted: FloatArray) -> FloatArray:
         """Plain difference, in metres."""
         return measured - predicted
 
-    def observe(self, target, platform, times):
+    def observe(self, target: Motion, platform: Motion, times: FloatArray) -> FloatArray:
         """Range ``(N,)`` in metres; NaN for a target on the platform, where the range has no gradient."""
         distance = np.linalg.norm(target.position_at(times) - platform.position_at(times), axis=-1)
         return np.where(distance > TOUCHING, distance, np.nan)

@@ -21,15 +21,20 @@ Cartesian state and changes nothing of this. What is left of the change of coord
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import status as words
-from .checks import LARGEST, as_numbers, check_broadcast, check_is, check_scalar
-from .kalman import check_noise, checked_inputs, gate_limit, update_state
+from .charts import ChartMaker
+from .checks import LARGEST, as_numbers, check_is, check_scalar
+from .kalman import chart_at, check_noise, checked_inputs, gate_limit, in_columns, in_state, update_state
 from .priors import FilterState, Prior
 from .process_noise import ProcessNoise
+from .scenario import Scenario
 from .sensors import in_order_of_time
+from .types import BoolArray, FloatArray, TextArray
 from .uniform import propagate, transition
 
 
@@ -55,20 +60,29 @@ class Track:
         `False` for a measurement that is missing, outside the gate, or not later than the prior; or `None`.
     """
 
-    times: np.ndarray
-    state: np.ndarray
-    covariance: np.ndarray
-    status: np.ndarray
-    nis: np.ndarray | None = None
-    used: np.ndarray | None = None
+    times: FloatArray
+    state: FloatArray
+    covariance: FloatArray
+    status: TextArray
+    nis: FloatArray | None = None
+    used: BoolArray | None = None
 
     @property
-    def finite(self):
+    def finite(self) -> BoolArray:
         """Which runs came to a good end, ``(...)``: filtered, or converged at all times."""
         return np.isin(self.status, [words.FILTERED, words.CONVERGED])
 
 
-def ekf(scenario, angles, prior, record=None, chart=None, *, process_noise=None, gate=None):
+def ekf(
+    scenario: Scenario,
+    angles: ArrayLike,
+    prior: Prior,
+    record: ArrayLike | None = None,
+    chart: ChartMaker | None = None,
+    *,
+    process_noise: ProcessNoise | None = None,
+    gate: float | None = None,
+) -> Track:
     """Extended Kalman filter for a target in constant velocity motion, or near to it.
 
     Parameters
@@ -139,7 +153,7 @@ def ekf(scenario, angles, prior, record=None, chart=None, *, process_noise=None,
         )
     back = transition(reference - prior.time, names)
     mean, covariance = propagate(prior.mean, reference - prior.time, names), back @ prior.covariance @ back.T
-    x, p, measured, shape = _in_columns(mean, covariance, angles)
+    x, p, measured, shape = in_columns(mean, covariance, angles)
 
     nis, used = np.full(measured.shape, np.nan), np.zeros(measured.shape, dtype=bool)
     kept_x, kept_p, now = [], [], prior.time
@@ -153,7 +167,7 @@ def ekf(scenario, angles, prior, record=None, chart=None, *, process_noise=None,
                 kept_x.append(x)
                 kept_p.append(p)
                 continue
-            here = chart and _chart_at(chart, scenario, group, time, names)
+            here = chart and chart_at(chart, scenario, group, time, names)
             seen = [(*where, measured[i]) for i, *where in group]
             x, p, squares, taken = update_state(x, p, seen, limit, here, time - reference)
             for (i, *_), square, took in zip(group, squares, taken, strict=True):
@@ -161,15 +175,15 @@ def ekf(scenario, angles, prior, record=None, chart=None, *, process_noise=None,
 
     elapsed = record - reference
     phi = transition(elapsed, names)
-    kept_x, kept_p = (np.reshape(kept, (len(record), *a.shape)) for kept, a in ((kept_x, x), (kept_p, p)))
-    state = propagate(np.moveaxis(kept_x, -1, 0), elapsed, names)
-    claimed = phi @ np.moveaxis(kept_p, -1, 0) @ phi.mT
+    means, spreads = (np.reshape(kept, (len(record), *a.shape)) for kept, a in ((kept_x, x), (kept_p, p)))
+    state = propagate(np.moveaxis(means, -1, 0), elapsed, names)
+    claimed = phi @ np.moveaxis(spreads, -1, 0) @ phi.mT
     state, claimed = (part.reshape(shape + part.shape[1:]) for part in (state, claimed))
     nis, used = (part.T.reshape(*shape, len(part)) for part in (nis, used))
     return Track(record, state, claimed, words.status_of_filter(state, claimed), nis, used)
 
 
-def predict(prior, time, process_noise=None):
+def predict(prior: Prior, time: float, process_noise: ProcessNoise | None = None) -> FilterState:
     """What is known at a later time, without further measurements: ``Phi X`` and ``Phi P Phi' + Q``.
 
     Parameters
@@ -204,7 +218,15 @@ def predict(prior, time, process_noise=None):
         return FilterState(propagate(prior.mean, elapsed, names), covariance, time, names)
 
 
-def update(prior, scenario, measured, *, process_noise=None, gate=None, chart=None):
+def update(
+    prior: Prior,
+    scenario: Scenario,
+    measured: ArrayLike,
+    *,
+    process_noise: ProcessNoise | None = None,
+    gate: float | None = None,
+    chart: ChartMaker | None = None,
+) -> FilterState:
     """What is known after one more measurement, or a few: `predict` to its time, and take it in.
 
     One call after the other gives what `ekf` gives for all at once, to rounding.
@@ -252,14 +274,14 @@ def update(prior, scenario, measured, *, process_noise=None, gate=None, chart=No
     limit, first = gate_limit(gate), scenario.times.min()
     if first < prior.time:
         raise ValueError(f"scenario must not measure before the prior's time {prior.time}, got {first}")
-    found = replace(prior, coordinates=names)
-    *_, runs = _in_columns(prior.mean, prior.covariance, measured)
+    found: Any = replace(prior, coordinates=names)
+    *_, runs = in_columns(prior.mean, prior.covariance, measured)
     nis, used = np.empty((*runs, measured.shape[-1])), np.empty((*runs, measured.shape[-1]), dtype=bool)
     for time, group in in_order_of_time(scenario, -np.inf):
         found = predict(found, time, process_noise)
-        x, p, values, shape = _in_columns(found.mean, found.covariance, measured)
-        here = chart and _chart_at(chart, scenario, group, time, names)
-        seen = [(_in_state(block, names), site, 0.0, values[i]) for i, block, site, _ in group]
+        x, p, values, shape = in_columns(found.mean, found.covariance, measured)
+        here = chart and chart_at(chart, scenario, group, time, names)
+        seen = [(in_state(block, names), site, 0.0, values[i]) for i, block, site, _ in group]
         with np.errstate(all="ignore"):
             x, p, squares, taken = update_state(x, p, seen, limit, here)
         for (i, *_), square, took in zip(group, squares, taken, strict=True):
@@ -269,30 +291,6 @@ def update(prior, scenario, measured, *, process_noise=None, gate=None, chart=No
     return found
 
 
-def _in_columns(mean, covariance, measured):
-    """States ``(n, runs)``, covariances ``(n, n, runs)``, measurements ``(N, runs)``; the batch's shape."""
-    n = mean.shape[-1]
-    shape = check_broadcast(
-        measurements=measured[..., 0], mean=mean[..., 0], covariance=covariance[..., 0, 0]
-    )
-    x = np.broadcast_to(mean, (*shape, n)).reshape(-1, n).T.copy()  # a component is contiguous
-    runs = x.shape[1]
-    p = np.broadcast_to(covariance, (*shape, n, n)).reshape(runs, n, n).transpose(1, 2, 0).copy()
-    values = np.broadcast_to(measured, (*shape, measured.shape[-1])).reshape(runs, measured.shape[-1]).T
-    return x, p, np.ascontiguousarray(values), shape
-
-
 def _with_records(steps, record):
     """Steps in order of time, and after those of its own time `None` for each recorded one."""
     return sorted([*steps, *((time, None) for time in record)], key=lambda item: item[0])
-
-
-def _chart_at(chart, scenario, group, time, names):
-    """The chart about the platform that carries the first sensor of a group."""
-    return chart(scenario.platform_of(group[0][1].sensor).position_at(time), names)
-
-
-def _in_state(block, names):
-    """The block for a state with these components, the model's and maybe more."""
-    places = np.array([names.index(name) for name in block.sensor.model.coordinates])
-    return block._replace(components=places, size=len(names))

@@ -15,12 +15,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .charts import ModifiedPolar, chart_of
 from .checks import as_numbers, check_is, check_probability, check_scalar
 from .estimate import Fit
+from .losses import SQUARES
 from .pieces import FARTHEST, STEP, PolarSearch, area_of
 from .profile import criterion_at
+from .scenario import Scenario
+from .types import BoolArray, FloatArray
 from .uniform import moving_pairs
 
 NEAREST = 100.0  # metres
@@ -55,20 +59,20 @@ class Region:
     probability: float
     level: float
     cost: float
-    boundary: tuple
-    ranges: np.ndarray
+    boundary: tuple[FloatArray, ...]
+    ranges: FloatArray
     bounded: bool
     area: float
-    scenario: object
-    measured: np.ndarray
-    states: np.ndarray  # fitted states of the pieces, from which `profile` starts
+    scenario: Scenario
+    measured: FloatArray
+    states: FloatArray  # fitted states of the pieces, from which `profile` starts
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         to = [f"{far:.0f} m" if far < FARTHEST else "infinity" for far in self.ranges[:, 1]]
         pieces = [f"{near:.0f} m to {end}" for near, end in zip(self.ranges[:, 0], to, strict=True)]
         return f"Region({self.probability:g}; {', '.join(pieces)} from the platform)"
 
-    def profile(self, points):
+    def profile(self, points: ArrayLike) -> FloatArray:
         """The profile ``D (...)`` at positions ``points (..., 2)``; infinite where nothing is predicted.
 
         It is counted from ``cost``. `ValueError` for points of another shape.
@@ -81,12 +85,12 @@ class Region:
         _, cost = criterion_at(self.scenario, self.measured, self.states[np.argmin(away, axis=1)], flat)
         return (cost - self.cost).reshape(points.shape[:-1])[()]
 
-    def contains(self, points):
+    def contains(self, points: ArrayLike) -> BoolArray:
         """Whether positions ``points (..., 2)`` are in the region, by their profile, ``(...)``."""
         return self.profile(points) <= self.level
 
 
-def confidence_region(fit, probability=0.9, nearest=None):
+def confidence_region(fit: Fit, probability: float = 0.9, nearest: float | None = None) -> Region:
     """Region of the positions at the reference time that the measurements of one run allow.
 
     Parameters
@@ -108,7 +112,8 @@ def confidence_region(fit, probability=0.9, nearest=None):
     ------
     ValueError
         For more than one run, a run that is not finite, fewer measurements than unknowns, a number that is
-        out of bounds, a state without position and velocity in uniform motion, and a fit with a robust loss.
+        out of bounds, a state without position and velocity in uniform motion, and a fit with a robust loss:
+        fit by squares without the measurements of weight zero.
 
     Notes
     -----
@@ -133,7 +138,12 @@ def confidence_region(fit, probability=0.9, nearest=None):
     Region(0.9; 4031 m to 5460 m from the platform)
     """
     probability = check_probability(probability)
-    check_is("fit", fit, Fit).check_squares("a region")
+    if check_is("fit", fit, Fit).robust:
+        raise ValueError(
+            f"a region is of a fit with loss {SQUARES!r}, and this one has {fit.loss!r}, whose profile has "
+            "no known distribution; fit by squares what it trusts: "
+            "np.where(fit.weights > 0, fit.measured, np.nan)"
+        )
     if fit.state.ndim != 1:
         raise ValueError(f"a region is of one run, and these are {fit.state.shape[:-1]}; fit one")
     if not np.isfinite(fit.state).all():

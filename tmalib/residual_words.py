@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from .checks import check_probability
 from .status import CONVERGED
 
 
-def sentences(tests, level):
+def sentences(tests: Any, level: float) -> list[str]:
     """The sentences of `ResidualTests.warnings`; `ValueError` for more than one run or a wrong level."""
     level = check_probability(level)
     if tests.status.ndim:

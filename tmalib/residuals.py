@@ -23,7 +23,9 @@ Ljung and Box. With a lag for thirty measurements, p < 0.001 comes up at most ab
 *Largest.* The largest residual over its standard deviation ``sqrt(1 - H_kk)``. If a single one is so large
 by a chance p, one of N is by ``1 - (1 - p)^N`` (Šidák), or less where residuals are not independent.
 
-A residual that is NaN is left out, with its row of ``J``.
+A residual that is NaN is left out, with its row of ``J``, and so is one to which a robust fit gave the weight
+zero. None of this asks by which loss the state was estimated: to first order ``(I - H) e`` is the same about
+any state near the least squares estimate.
 """
 
 from __future__ import annotations
@@ -35,22 +37,20 @@ import numpy as np
 
 from .checks import check_count, check_is
 from .estimate import Fit
+from .residual_statistics import slow_functions, statistics_of
 from .residual_words import sentences
+from .types import FloatArray, TextArray
 
 LAGS, COSINES = 10, 8
-FEWEST, FOR_A_LAG = 20, 30  # freedom from which on correlation is tested; measurements for a lag
-RANK = 1e-8  # a singular value of the scaled Jacobian, or a share of a slow function's energy, that is none
-NORMAL_MEDIAN = 0.6745  # of the magnitude of a normal number
-LEVERAGE = 1e-4  # 1 - H_kk from which on a residual says something
 BLOCK_ELEMENTS = 4_000_000  # of the largest array
 
 
 class ResidualTest(NamedTuple):
     """One test: arrays ``(..., S + 1)``, a column a sensor and the last for all; NaN where there is none."""
 
-    statistic: np.ndarray
-    freedom: np.ndarray
-    p_value: np.ndarray
+    statistic: FloatArray
+    freedom: FloatArray
+    p_value: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,16 +78,16 @@ class ResidualTests:
         Status of the fit. All tests of a run that has not converged are NaN.
     """
 
-    names: tuple
+    names: tuple[str, ...]
     size: ResidualTest
     drift: ResidualTest
     correlation: ResidualTest
     largest: ResidualTest
-    when: np.ndarray
-    scale: np.ndarray
-    status: np.ndarray
+    when: FloatArray
+    scale: FloatArray
+    status: TextArray
 
-    def warnings(self, level=0.001):
+    def warnings(self, level: float = 0.001) -> list[str]:
         """What the tests of one run say in words, a list of sentences; empty if nothing is suspicious.
 
         Where residuals scatter more than sigma says, drift and the largest are judged by that ``scale``: a
@@ -104,7 +104,7 @@ class ResidualTests:
         return sentences(judged, level)
 
 
-def residual_tests(fit, lags=LAGS, cosines=COSINES):
+def residual_tests(fit: Fit, lags: int = LAGS, cosines: int = COSINES) -> ResidualTests:
     """Tests of the standardised residuals of a fit, for every run.
 
     Parameters
@@ -123,7 +123,7 @@ def residual_tests(fit, lags=LAGS, cosines=COSINES):
     Raises
     ------
     ValueError
-        For lags or cosines that are not positive integers, and a fit with a robust loss.
+        For lags or cosines that are not positive integers.
 
     Notes
     -----
@@ -148,14 +148,14 @@ def residual_tests(fit, lags=LAGS, cosines=COSINES):
     True
     """
     lags, cosines = check_count("lags", lags), check_count("cosines", cosines)
-    check_is("fit", fit, Fit).check_squares("a test of residuals")
-    scenario, shape = fit.scenario, fit.cost.shape
-    slow = _slow_functions(scenario, cosines)
+    scenario, shape = check_is("fit", fit, Fit).scenario, fit.cost.shape
+    slow = slow_functions(scenario, cosines)
     state = np.where(fit.converged[..., None], fit.state, np.nan).reshape(-1, fit.state.shape[-1])
-    measured = fit.measured.reshape(-1, fit.measured.shape[-1])
+    tested = np.where(fit.weights == 0, np.nan, fit.measured) if fit.robust else fit.measured
+    measured = tested.reshape(-1, tested.shape[-1])
     count, block = len(state), max(1, BLOCK_ELEMENTS // (slow.size + len(slow)))
     parts = [
-        _statistics(scenario, state[i : i + block], measured[i : i + block], slow, lags)
+        statistics_of(scenario, state[i : i + block], measured[i : i + block], slow, lags)
         for i in range(0, max(count, 1), block)
     ]
     tables = [np.concatenate(part) for part in zip(*parts, strict=True)]
@@ -192,109 +192,3 @@ def _of_many(largest, count):
 
     with np.errstate(divide="ignore"):
         return -np.expm1(count * np.log1p(-erfc(largest / np.sqrt(2))))
-
-
-def _slow_functions(scenario, cosines):
-    """Cosines over the time of each sensor, of length one, ``(N, functions)``; the sensor's rows alone."""
-    blocks = []
-    for sensor in scenario.sensors:
-        span = np.ptp(sensor.times)
-        angle = np.pi * (sensor.times - sensor.times[0]) / (span if span > 0 else 1.0)
-        functions = np.cos(angle[:, None] * np.arange(min(cosines, max(1, len(sensor) // 2))))
-        blocks.append(functions / np.linalg.norm(functions, axis=0))
-    slow, row, column = np.zeros((len(scenario.times), sum(b.shape[1] for b in blocks))), 0, 0
-    for part in blocks:
-        slow[row : row + len(part), column : column + part.shape[1]] = part
-        row, column = row + part.shape[0], column + part.shape[1]
-    return slow
-
-
-def _statistics(scenario, state, measured, slow, lags):
-    """Statistic and freedom of the four tests, in turn, and the time of the largest residual."""
-    with np.errstate(all="ignore"):  # what is not finite is left out
-        value, gradient = scenario.linearise(state)
-        residual = scenario.residual(measured, value) / scenario.sigma
-        jacobian = gradient / scenario.sigma[:, None]
-    there = np.isfinite(residual) & np.isfinite(jacobian).all(axis=-1)
-    residual, jacobian = np.where(there, residual, 0.0), np.where(there[..., None], jacobian, 0.0)
-    basis, rank = _orthonormal(jacobian)
-    residual = residual - _project(basis, residual)
-    size, lag_sums = [], []
-    for block in scenario.blocks:
-        own, own_rank = _orthonormal(jacobian[:, block.columns])
-        part, here = residual[:, block.columns], there[:, block.columns]
-        part = part - _project(own, part)
-        freedom = here.sum(axis=-1) - own_rank
-        size.append((np.vecdot(part, part), freedom))
-        lag_sums.append(_correlation(part, own, here, freedom, lags))
-    size.append((np.vecdot(residual, residual), there.sum(axis=-1) - rank))
-    lag_sums.append(np.sum(lag_sums, axis=0))
-    groups = [*(block.columns for block in scenario.blocks), slice(None)]
-    kinds = [*(np.any(slow[columns] != 0, axis=0) for columns in groups)]
-    drift = [_energy(residual, there, basis, slow[:, kind]) for kind in kinds]
-    spread = 1 - np.vecdot(basis, basis)
-    counted = there & (spread > LEVERAGE)
-    scaled = np.where(counted, np.abs(residual) / np.sqrt(np.where(counted, spread, 1.0)), -1.0)
-    largest = [(scaled[:, columns].max(axis=-1), counted[:, columns].sum(axis=-1)) for columns in groups]
-    place = [scenario.times[columns][np.argmax(scaled[:, columns], axis=-1)] for columns in groups]
-    rows = []
-    for test in (size, drift, lag_sums, largest):
-        statistic, freedom = (np.stack(part, axis=-1).astype(float) for part in zip(*test, strict=True))
-        rows += [np.where(freedom > 0, statistic, np.nan), np.where(freedom > 0, freedom, np.nan)]
-    scale = np.stack([_scale(scaled[:, columns]) for columns in groups], axis=-1)
-    return *rows, np.where(rows[-1] > 0, np.stack(place, axis=-1), np.nan), scale
-
-
-def _scale(magnitudes):
-    """Median magnitude over that of a normal number, at least one; negative ones are left out."""
-    counted = np.where(magnitudes >= 0, magnitudes, np.nan)
-    none = np.isnan(counted).all(axis=-1)
-    counted[none] = 0.0
-    return np.maximum(1.0, np.nanmedian(counted, axis=-1) / NORMAL_MEDIAN)
-
-
-def _orthonormal(matrix):
-    """Orthonormal basis of the columns, ``(runs, N, k)``, zero beyond the rank, and the rank ``(runs,)``."""
-    length = np.sqrt(np.vecdot(matrix.mT, matrix.mT))
-    scaled = matrix / np.where(length > 0, length, 1.0)[:, None]
-    basis, singular, _ = np.linalg.svd(scaled, full_matrices=False)
-    kept = singular > RANK
-    return basis * kept[:, None], kept.sum(axis=-1)
-
-
-def _project(basis, vector):
-    """Part of vectors ``(runs, N)`` in the space of a basis."""
-    return (basis @ (basis.mT @ vector[..., None]))[..., 0]
-
-
-def _energy(residual, there, basis, slow):
-    """Energy of residuals in slow functions less what the basis has of these, and its freedom."""
-    present = slow * there[..., None]
-    inside = basis.mT @ present
-    values, vectors = np.linalg.eigh(present.mT @ slow - inside.mT @ inside)
-    kept = values > RANK
-    along = (vectors.mT @ (present.mT @ residual[..., None]))[..., 0]
-    return np.sum(np.where(kept, along**2 / np.where(kept, values, 1.0), 0.0), axis=-1), kept.sum(axis=-1)
-
-
-def _correlation(part, basis, here, freedom, lags):
-    """Sum of squares of standardised lag products, and how many there are; none with too little freedom."""
-    total, count = np.zeros(len(part)), np.zeros(len(part))
-    m = np.maximum(freedom, 1)
-    square = np.maximum(np.vecdot(part, part), np.finfo(float).tiny)
-    for lag in range(1, min(lags, max(1, part.shape[1] // FOR_A_LAG)) + 1):
-        pairs = np.sum(here[:, lag:] & here[:, :-lag], axis=-1)
-        moved = np.zeros_like(basis)  # A times the basis, of the form x'A x = sum of x_t x_(t + lag)
-        moved[:, lag:] += basis[:, :-lag] / 2
-        moved[:, :-lag] += basis[:, lag:] / 2
-        moved *= here[..., None]
-        inner = basis.mT @ moved
-        trace = -np.trace(inner, axis1=-2, axis2=-1)
-        squares = pairs / 2 - 2 * np.sum(moved**2, axis=(-2, -1)) + np.sum(inner**2, axis=(-2, -1))
-        mean, second = trace / m, (trace**2 + 2 * squares) / (m * (m + 2))
-        variance = second - mean**2
-        product = np.vecdot(part[:, lag:], part[:, :-lag]) / square
-        good = (freedom >= FEWEST) & (pairs >= FEWEST // 2) & (variance > 0)
-        total += np.where(good, (product - mean) ** 2 / np.where(good, variance, 1.0), 0.0)
-        count += good
-    return total, count

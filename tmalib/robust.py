@@ -12,38 +12,49 @@ half of them agree on a target; this is the point of breakdown.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from . import status as words
 from .bounds import factor
 from .charts import chart_of
-from .levenberg_marquardt import minimise_in_blocks
+from .levenberg_marquardt import Settings, minimise_in_blocks
 from .losses import value_and_weight, without_wild
+from .scenario import Scenario
+from .types import FloatArray
 
 CLOSER = 100  # a robust step leaves a tenth or so of the way, not its square
 TRUSTED, EXPLAINED = 0.5, 0.85  # sums of weights over all measurements, and over those that look good
 FLAT = 1e-9  # as in `tmalib.batch`
 
 
-def fit_robustly(scenario, angles, settings, by_squares, look):
+def fit_robustly(
+    scenario: Scenario,
+    angles: FloatArray,
+    settings: Settings,
+    by_squares: Callable[..., Any],
+    look: Callable[..., None],
+) -> tuple[Any, ...]:
     """State, status, iterations and criterion of runs ``(runs, N)`` without a gap.
 
     Parameters
     ----------
     scenario : Scenario
     angles : ndarray, shape (runs, N)
-    settings : tuple
-        Chart, safeguard, tolerance, most evaluations and the function of the loss.
+    settings : Settings
+        With a loss.
     by_squares : callable
         The four of a fit by squares, of measurements ``(runs, N)``.
     look : callable
         ``look(run, found, tame)`` puts a lower minimum into the outcome of a run, if it finds one.
     """
-    finite, n = np.isfinite(angles).all(axis=1), len(scenario.coordinates)
+    finite, n = np.all(np.isfinite(angles), axis=1), len(scenario.coordinates)
     tame, wild = without_wild(scenario, np.where(finite[:, None], angles, 0.0))
     tame[~finite] = np.nan
     start, seen, *_ = by_squares(tame)
-    found = minimise_in_blocks(scenario, angles, start, chart_of(scenario, settings[0]), *settings[1:])
+    found = minimise_in_blocks(scenario, angles, start, chart_of(scenario, settings.chart), *settings[1:])
     explained = _weights(scenario, angles, found.state).sum(axis=1) >= EXPLAINED * np.sum(~wild, axis=1)
     for run in np.flatnonzero(finite & ~(found.converged & explained)):
         look(run, found, tame)

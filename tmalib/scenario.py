@@ -12,10 +12,12 @@ it. It may be any motion. To misspecify an estimator on purpose, simulate one sc
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .checks import (
     as_numbers,
@@ -28,6 +30,7 @@ from .checks import (
     short,
 )
 from .sensors import Sensor, SensorBlock
+from .types import FloatArray, IntArray, Motion, Seed
 from .uniform import KINEMATIC
 
 
@@ -63,12 +66,12 @@ class Scenario:
     (3, 181)
     """
 
-    platform: object
-    sensors: tuple
+    platform: Motion
+    sensors: Sequence[Sensor]
     reference_time: float
-    target: object = None
+    target: Motion | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         set_fields(
             self,
             platform=check_has("platform", self.platform, "position_at"),
@@ -86,30 +89,32 @@ class Scenario:
     # -- knowledge ------------------------------------------------------------------------------
 
     @cached_property
-    def coordinates(self):
+    def coordinates(self) -> tuple[str, ...]:
         """Names of the state's components, for instance ``("x", "y", "vx", "vy")``."""
         wanted = dict.fromkeys(name for sensor in self.sensors for name in sensor.model.coordinates)
         return (*(name for name in KINEMATIC if name in wanted), *(n for n in wanted if n not in KINEMATIC))
 
     @cached_property
-    def times(self):
+    def times(self) -> FloatArray:
         """Times of all measurements, sensor after sensor, shape ``(N,)``, in seconds."""
         return np.concatenate([sensor.times for sensor in self.sensors])
 
     @cached_property
-    def sigma(self):
+    def sigma(self) -> FloatArray:
         """Standard deviation of every measurement, shape ``(N,)``; `ValueError` where one is not known."""
         if unknown := self.unknown_sigmas:
             raise ValueError(f"the sigma of {unknown} is not known; give it, or fit one run to estimate it")
-        return np.concatenate([np.broadcast_to(sensor.sigma, len(sensor)) for sensor in self.sensors])
+        return np.concatenate(
+            [np.broadcast_to(np.asarray(sensor.sigma), len(sensor)) for sensor in self.sensors]
+        )
 
     @property
-    def unknown_sigmas(self):
+    def unknown_sigmas(self) -> list[str]:
         """Names of the sensors whose standard deviation is not known."""
         return [sensor.name for sensor in self.sensors if sensor.sigma is None]
 
     @cached_property
-    def blocks(self):
+    def blocks(self) -> tuple[SensorBlock, ...]:
         """One `SensorBlock` a sensor: what estimators and bounds loop over."""
         blocks, first, names = [], 0, self.coordinates
         for sensor in self.sensors:
@@ -122,11 +127,11 @@ class Scenario:
             first = columns.stop
         return tuple(blocks)
 
-    def platform_of(self, sensor):
+    def platform_of(self, sensor: Sensor) -> Motion:
         """What carries a sensor."""
         return self.platform if sensor.platform is None else sensor.platform
 
-    def linearise(self, state):
+    def linearise(self, state: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Predicted measurements and their gradient with respect to the state.
 
         Parameters
@@ -148,7 +153,7 @@ class Scenario:
             gradients.append(np.moveaxis(gradient, 0, -1))
         return np.concatenate(values, axis=-1), np.concatenate(gradients, axis=-2)
 
-    def residual(self, measured, predicted):
+    def residual(self, measured: FloatArray, predicted: FloatArray) -> FloatArray:
         """Measured minus predicted, ``(..., N)``, wrapped where the measurement is an angle."""
         parts = [
             block.sensor.model.residual(measured[..., block.columns], predicted[..., block.columns])
@@ -156,7 +161,7 @@ class Scenario:
         ]
         return np.concatenate(parts, axis=-1)
 
-    def check_state(self, state):
+    def check_state(self, state: ArrayLike) -> FloatArray:
         """``state`` as a float array ``(..., n)``; `ValueError` when its last axis does not fit."""
         state = as_numbers("state", state)
         n = len(self.coordinates)
@@ -164,7 +169,7 @@ class Scenario:
             raise ValueError(f"state must have shape (..., {n}) for {self.coordinates}, got {state.shape}")
         return state
 
-    def check_measurements(self, angles):
+    def check_measurements(self, angles: ArrayLike) -> FloatArray:
         """``angles`` as a float array ``(..., N)``; `ValueError` when its last axis does not fit.
 
         What a masked array masks is missing: NaN. Bearings of a sensor that are all beyond a whole turn, in
@@ -185,7 +190,7 @@ class Scenario:
 
     # -- truth ----------------------------------------------------------------------------------
 
-    def with_target(self, target):
+    def with_target(self, target: Motion | None) -> Scenario:
         """The scenario with a target: to be simulated, and to have bounds at its true state."""
         return replace(self, target=target)
 
@@ -195,7 +200,7 @@ class Scenario:
         return self.target
 
     @property
-    def state(self):
+    def state(self) -> FloatArray:
         """True state at the reference time, shape ``(n,)``; the target must be a `Target`.
 
         What is no property of a target, a bias for instance, is what the sensors' models say is true of them.
@@ -205,9 +210,9 @@ class Scenario:
         known |= dict(zip(own, target.state(self.reference_time, own), strict=True))
         return np.array([known[name] for name in self.coordinates])
 
-    def offered(self, what):
+    def offered(self, what: str) -> dict[str, float]:
         """What the sensors' models offer as ``guess`` or ``truth`` of further unknowns, a dict by name."""
-        found = {}
+        found: dict[str, float] = {}
         for sensor in self.sensors:
             found |= getattr(sensor.model, what, {})
         return found
@@ -227,17 +232,17 @@ class Scenario:
                 )
         return np.concatenate(seen)
 
-    def measure(self):
+    def measure(self) -> FloatArray:
         """Noise-free measurements of the target, shape ``(N,)``."""
         return self._noise_free.copy()
 
-    def simulate(self, runs, seed):
+    def simulate(self, runs: int, seed: Seed) -> FloatArray:
         """Noisy measurements, shape ``(runs, N)``.
 
         ``seed`` is anything that `numpy.random.default_rng` takes: an integer, a `SeedSequence`
         (see `tmalib.montecarlo.Stream`) or a generator.
         """
-        runs, exact = check_count("runs", runs), self._noise_free
+        runs, exact = check_count("runs", runs, least=0), self._noise_free
         noise = check_seed(seed).standard_normal((runs, len(self.times)))
         noise *= self.sigma
         noise += exact
@@ -245,12 +250,12 @@ class Scenario:
 
     # -- parts ----------------------------------------------------------------------------------
 
-    def between(self, first, last):
+    def between(self, first: float, last: float) -> Scenario:
         """The scenario with the measurements from time ``first`` to ``last`` only, both included."""
-        first, last = (as_numbers(name, end) for name, end in (("first", first), ("last", last)))
-        if first.ndim or last.ndim:
-            raise ValueError(f"first and last must be two numbers, got {short(first)} and {short(last)}")
-        wanted = (self.times >= first) & (self.times <= last)
+        ends = as_numbers("first", first), as_numbers("last", last)
+        if ends[0].ndim or ends[1].ndim:
+            raise ValueError(f"first and last must be two numbers, got {short(ends[0])} and {short(ends[1])}")
+        wanted = (self.times >= ends[0]) & (self.times <= ends[1])
         if not wanted.any():
             raise ValueError(
                 f"no measurement between {first} and {last}; there are some from {self.times.min()} "
@@ -258,7 +263,7 @@ class Scenario:
             )
         return self.keep(wanted)
 
-    def keep(self, wanted):
+    def keep(self, wanted: ArrayLike) -> Scenario:
         """The scenario with some of its measurements only, ``wanted`` being a mask ``(N,)``.
 
         A sensor of which nothing is left is gone, and with it any unknown that it alone asked for.
@@ -269,14 +274,14 @@ class Scenario:
         parts = [(block.sensor, wanted[block.columns]) for block in self.blocks]
         return replace(self, sensors=[sensor.keep(part) for sensor, part in parts if part.any()])
 
-    def columns_between(self, first, last):
+    def columns_between(self, first: float, last: float) -> IntArray:
         """Columns of the measurement vector that `between` keeps, shape ``(N',)``."""
         return np.flatnonzero((self.times >= first) & (self.times <= last))
 
-    def until(self, time):
+    def until(self, time: float) -> Scenario:
         """The scenario as it stands at ``time``: measurements up to it, state wanted at it."""
         return replace(self.between(-np.inf, time), reference_time=time)
 
-    def columns_until(self, time):
+    def columns_until(self, time: float) -> IntArray:
         """Columns of the measurement vector that `until` keeps, shape ``(N',)``."""
         return self.columns_between(-np.inf, time)

@@ -12,14 +12,20 @@ ellipse (`tmalib.region` says how often such ellipses hold the truth).
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .estimate import Estimate
+from .scenario import Scenario
+from .types import FloatArray, Motion
 from .uniform import POSITION, VELOCITY
 
 HONEST = 1 / 3  # share of the range up to which its sigma makes an ellipse that holds what it says
 
 
-def length_and_direction(vector, covariance):
+def length_and_direction(vector: ArrayLike, covariance: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Length and direction of plane vectors with their standard deviations, to first order.
 
     Parameters
@@ -55,12 +61,12 @@ def length_and_direction(vector, covariance):
     return value, np.sqrt(np.vecdot(slope @ covariance, slope))
 
 
-def seen_from(estimate, place):
+def seen_from(estimate: Estimate, place: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Range, bearing, speed and course of an estimate from a place ``(2,)``, and sigmas, each ``(..., 4)``.
 
     In metres, radians and m/s. NaN where a run has no covariance, and for a state without velocity.
     """
-    parts = []
+    parts: list[Any] = []
     for names, origin in ((POSITION, place), (VELOCITY, 0.0)):
         if set(names) <= set(estimate.coordinates):
             i = [estimate.coordinates.index(name) for name in names]
@@ -72,7 +78,7 @@ def seen_from(estimate, place):
     return value, sigma
 
 
-def place_at(platform, time):
+def place_at(platform: Motion, time: float) -> FloatArray:
     """Where a platform is at a time, NaN where its record does not say."""
     try:
         return platform.position_at(float(time))
@@ -80,7 +86,7 @@ def place_at(platform, time):
         return np.full(2, np.nan)
 
 
-def is_hardly_known(estimate, scenario):
+def is_hardly_known(estimate: Estimate, scenario: Scenario) -> bool:
     """Whether the range of one run has a sigma of more than a third of it: its ellipse is not honest.
 
     Counted from the platform's place at the reference time, or at the measurement nearest to it.

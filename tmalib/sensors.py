@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
 from .checks import check_array, check_has, check_scalar, set_fields, short
+from .models import MeasurementModel
+from .types import Array, BoolArray, FloatArray, IntArray, Motion, StateRows
 
 METHODS = ("coordinates", "observer_state", "value_and_gradient", "residual")
 
@@ -30,13 +33,13 @@ class Sensor:
         What carries the sensor, if not the scenario's platform.
     """
 
-    model: object
-    times: np.ndarray
-    sigma: float | np.ndarray | None
+    model: MeasurementModel
+    times: Array
+    sigma: float | Array | None
     name: str = ""
-    platform: object = None
+    platform: Motion | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_has("model", self.model, *METHODS)
         if self.platform is not None:
             check_has("platform", self.platform, "position_at")
@@ -47,7 +50,7 @@ class Sensor:
             raise ValueError("times is empty; a sensor needs at least one")
         if np.any(np.diff(times) < 0):
             raise ValueError("times of a sensor must not go back; sort them, and the measurements with them")
-        sigma = self.sigma
+        sigma: Any = self.sigma
         if np.ndim(sigma):
             sigma = check_array("sigma", sigma, (len(times),))
             if not np.all(sigma > 0):
@@ -58,12 +61,13 @@ class Sensor:
             raise ValueError(f"sigma of a bearing must be in radians, got {short(sigma)}: in degrees?")
         set_fields(self, times=times, sigma=sigma, name=self.name or type(self.model).__name__)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.times)
 
-    def keep(self, which):
+    def keep(self, which: BoolArray | IntArray) -> Sensor:
         """The sensor with some of its measurements, ``which`` being a mask ``(N,)`` or indices."""
-        sigma = self.sigma[which] if np.ndim(self.sigma) else self.sigma
+        sigma: Any = self.sigma
+        sigma = sigma[which] if np.ndim(sigma) else sigma
         return replace(self, times=self.times[which], sigma=sigma)
 
 
@@ -77,16 +81,17 @@ class SensorBlock(NamedTuple):
 
     sensor: Sensor
     columns: slice
-    observer: np.ndarray
-    elapsed: np.ndarray
-    components: np.ndarray | None
+    observer: FloatArray
+    elapsed: FloatArray
+    components: IntArray | None
     size: int
 
-    def predict(self, state, observer, elapsed):
+    def predict(self, state: StateRows, observer: FloatArray, elapsed: Any) -> tuple[FloatArray, FloatArray]:
         """Value and gradient of the sensor's model, for rows of the whole state.
 
         ``state`` is an array or sequence of ``size`` rows, ``observer`` and ``elapsed`` are as in the block
-        or a part of them. The gradient has a row for every component of the state.
+        or a part of them; ``elapsed`` may be a number. The gradient has a row for each component of the
+        state.
         """
         model = self.sensor.model
         if self.components is None:
@@ -96,7 +101,7 @@ class SensorBlock(NamedTuple):
         gradient[self.components] = part
         return value, gradient
 
-    def check_shapes(self):
+    def check_shapes(self) -> None:
         """`ValueError` for a model whose arrays do not have the shapes that the protocol wants."""
         model, count, n = (
             type(self.sensor.model).__name__,
@@ -115,7 +120,17 @@ class SensorBlock(NamedTuple):
             raise ValueError(f"{model}.value_and_gradient must give arrays of shapes {wanted}, got {got}")
 
 
-def in_order_of_time(scenario, after):
+Taken: TypeAlias = tuple[int, SensorBlock, FloatArray, float]  # column, block, and its part of the arrays
+
+
+class HasBlocks(Protocol):
+    """A scenario, which lies above."""
+
+    @property
+    def blocks(self) -> Sequence[SensorBlock]: ...
+
+
+def in_order_of_time(scenario: HasBlocks, after: float) -> list[tuple[float, list[Taken]]]:
     """Measurements later than ``after``, time by time: what a filter loops over.
 
     Returns
@@ -124,7 +139,7 @@ def in_order_of_time(scenario, after):
         The times in order, each with one ``(column, block, observer, elapsed)`` a measurement: its column of
         the measurement vector, its `SensorBlock`, and its part of the block's arrays.
     """
-    groups = {}
+    groups: dict[float, list[Taken]] = {}
     for block in scenario.blocks:
         for i in np.flatnonzero(block.sensor.times > after):
             group = groups.setdefault(block.sensor.times[i], [])

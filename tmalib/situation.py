@@ -6,9 +6,13 @@ for the bearing lines of the map and for the dots.
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
+from .estimate import Fit
 from .figures import STYLE, colour, map_axes, path
 from .region import confidence_region
 from .seen import is_hardly_known
@@ -21,7 +25,7 @@ WILD, EDGE = 4.0, 6.0  # standard deviations: a residual beyond is marked; the w
 LINES = 24  # most bearing lines on a map
 
 
-def situation(fit, frame=None):
+def situation(fit: Fit, frame: Any = None) -> Figure:
     """One run in one figure: the map at the left, the residuals ("stacked dots") at the right.
 
     The map has the track of the platform, some of the measured bearings, the target's track over the measured

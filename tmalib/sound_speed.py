@@ -25,6 +25,7 @@ import numpy as np
 
 from .bearings import DelayedBearing, delayed_bearing, sound_if_faster, wrap
 from .checks import check_scalar
+from .types import FloatArray, Motion, StateRows
 
 
 @dataclass(frozen=True)
@@ -62,36 +63,38 @@ class DelayedBearingUnknownSpeed:
     coordinates = ("x", "y", "vx", "vy", "c")
     is_bearing = True
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_scalar("c", self.c, above=0.0)
         if self.true_c is not None:
             check_scalar("true_c", self.true_c, above=0.0)
 
     @property
-    def truth(self):
+    def truth(self) -> dict[str, float]:
         """The speed of sound in simulation."""
         return {"c": self.c if self.true_c is None else self.true_c}
 
     @property
-    def guess(self):
+    def guess(self) -> dict[str, float]:
         """First value of the speed of sound, in m/s."""
         return {"c": float(self.c)}
 
-    def observer_state(self, platform, times):
+    def observer_state(self, platform: Motion, times: FloatArray) -> FloatArray:
         """Position of the platform, shape ``(2, N)``."""
         return np.ascontiguousarray(platform.position_at(times).T)
 
-    def value_and_gradient(self, state, observer, elapsed):
+    def value_and_gradient(
+        self, state: StateRows, observer: FloatArray, elapsed: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         x, y, vx, vy, c = state
         c = sound_if_faster(c, vx, vy)
         value, gradient, sin, cos = delayed_bearing((x, y, vx, vy), observer, elapsed, c)
         q = (vy * sin - vx * cos) / (c + vx * sin + vy * cos)
         return value, np.concatenate([gradient, (-q / c)[None]])
 
-    def residual(self, measured, predicted):
+    def residual(self, measured: FloatArray, predicted: FloatArray) -> FloatArray:
         """Difference of two angles, in [-pi, pi]."""
         return wrap(measured - predicted)
 
-    def observe(self, target, platform, times):
+    def observe(self, target: Motion, platform: Motion, times: FloatArray) -> FloatArray:
         """Delayed bearing of any motion slower than sound, ``(N,)``, in radians."""
         return DelayedBearing(self.c if self.true_c is None else self.true_c).observe(target, platform, times)

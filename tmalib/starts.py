@@ -20,6 +20,7 @@ measurements are left then. Where there is nothing to condense, the first attemp
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,9 @@ from . import levenberg_marquardt as lm
 from .charts import Cartesian, chart_of
 from .condensed import Condensed, lines, means, unchanged
 from .pseudolinear import Equations, Places
+from .scenario import Scenario
 from .status import NOT_FINITE
+from .types import FloatArray
 from .uniform import PLANE, moving_pairs, propagate
 
 ROUNDS = 2  # of the equations
@@ -93,7 +96,7 @@ class _Prepared:
 _prepared = lru_cache(maxsize=16)(_Prepared)
 
 
-def fit_without_start(scenario, angles, *settings):
+def fit_without_start(scenario: Scenario, angles: FloatArray, *settings: Any) -> Any:
     """The `Outcome` of runs ``(runs, N)``, without any guess.
 
     Parameters
@@ -223,14 +226,14 @@ def _lowest(cost, runs, count):
     return (order + cost.shape[1] * np.arange(runs)[:, None]).ravel()
 
 
-def starts_at_ranges(scenario, angles):
+def starts_at_ranges(scenario: Scenario, angles: FloatArray) -> FloatArray:
     """States ``(S, n)`` of one run ``(N,)``, one for each of `RANGES` at the first bearing."""
     ready = _prepared(scenario)
     plane = ready.equations(ready.fine.of(angles[None])).held(RANGES)[0]
     return ready.state_of(scenario, ready.complete(plane))
 
 
-def complete_state(scenario, plane, time):
+def complete_state(scenario: Scenario, plane: FloatArray, time: float) -> FloatArray:
     """States ``(..., n)`` from ``(x, y, vx, vy)`` at a time; other unknowns as the models guess them."""
     names, duration = scenario.coordinates, scenario.reference_time - time
     if duration:

@@ -4,7 +4,13 @@
 found. A filter has no minimum; a run that it took to the end is *filtered*.
 """
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
+
+from .types import FloatArray, TextArray
 
 CONVERGED = "converged"
 FILTERED = "filtered"
@@ -41,13 +47,13 @@ ADVICE = {word: advice.replace("\n", " ") for word, advice in ADVICE.items()}
 WIDTH = max(map(len, ADVICE))  # of an array of statuses
 
 
-def status_of_filter(*estimates):
+def status_of_filter(*estimates: FloatArray) -> TextArray:
     """`FILTERED`, or `NOT_FINITE` where an estimate is not a finite number; arrays with the runs' axes first.
 
     The arrays are ``(..., T, n)``, ``(..., T, n, n)`` and so on: the first has two axes after those of the
     runs, each further one axis more.
     """
-    finite = True
+    finite: Any = True
     for k, estimate in enumerate(estimates):
         finite = finite & np.isfinite(estimate).all(axis=tuple(range(-2 - k, 0)))
     return np.where(finite, FILTERED, NOT_FINITE)[()]

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import html
 import textwrap
-from typing import NamedTuple
+from collections.abc import Iterable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .bounds import in_words
-from .estimate import Estimate
+from .estimate import Estimate, Fit
 from .residuals import residual_tests
+from .scenario import Scenario
 from .seen import is_hardly_known, place_at, seen_from
 from .uniform import POSITION, VELOCITY
 
@@ -31,12 +33,12 @@ class Row(NamedTuple):
     text: str
 
 
-def at_reference(fit):
+def at_reference(fit: Fit) -> Estimate:
     """The `Estimate` of a fit at its reference time, for any model."""
     return Estimate(fit.scenario.reference_time, fit.scenario.coordinates, fit.state, fit.covariance)
 
 
-def frame_of(scenario, frame=None):
+def frame_of(scenario: Scenario, frame: Any = None) -> Any:
     """The frame that is given, or that of the recorded platform; `None` where there is none."""
     return getattr(scenario.platform, "frame", None) if frame is None else frame
 
@@ -44,7 +46,7 @@ def frame_of(scenario, frame=None):
 # -- numbers as texts ----------------------------------------------------------------------------
 
 
-def with_sigma(value, sigma, unit="", turn=None):
+def with_sigma(value: float, sigma: float, unit: str = "", turn: float | None = None) -> str:
     """``4510 ± 230 m``: sigma with two digits, the value to the same place; ``turn`` is that of an angle."""
     if not np.isfinite(sigma) or sigma <= 0:
         return f"{value:.6g} {unit}".strip()
@@ -54,7 +56,7 @@ def with_sigma(value, sigma, unit="", turn=None):
     return f"{value + 0.0:.{max(decimals, 0)}f} ± {sigma:.{max(decimals, 0)}f} {unit}".strip()
 
 
-def time_in_words(time, frame):
+def time_in_words(time: float, frame: Any) -> str:
     """``595 s``, or a date-time in UTC where the frame has an epoch."""
     if frame is None or frame.epoch is None:
         return f"{time:g} s"
@@ -68,7 +70,7 @@ def _angle(value, sigma, north):
 # -- rows ----------------------------------------------------------------------------------------
 
 
-def describe(estimate, scenario, frame=None):
+def describe(estimate: Estimate, scenario: Scenario, frame: Any = None) -> list[Row]:
     """Rows of an `Estimate` of one run: time, state, range, bearing, course, speed, ellipse, with sigmas."""
     frame = frame_of(scenario, frame)
     rows = [Row("reference time", time_in_words(estimate.time, frame))]
@@ -123,7 +125,7 @@ def _seen(estimate, scenario, frame, place):
     return rows
 
 
-def summarise(fit, frame=None):
+def summarise(fit: Fit, frame: Any = None) -> list[Row]:
     """The rows of a table that says what became of a fit and what it is worth.
 
     Parameters
@@ -187,6 +189,8 @@ def _goodness(fit):
         return
     if fit.estimated:
         chance = "no test, for a sigma was estimated"
+    elif fit.robust:
+        chance = f"no test, for the loss is {fit.loss}"
     elif fit.freedom <= 0:
         chance = "no test without freedom"
     else:
@@ -197,7 +201,7 @@ def _goodness(fit):
 # -- tables --------------------------------------------------------------------------------------
 
 
-def as_text(rows, width=WIDTH):
+def as_text(rows: Iterable[Row], width: int = WIDTH) -> str:
     """Rows as lines of text, names to the left, long texts broken."""
     edge = max((len(row.name) for row in rows), default=0) + 2
     lines = []
@@ -209,7 +213,7 @@ def as_text(rows, width=WIDTH):
     return "\n".join(lines)
 
 
-def as_html(rows):
+def as_html(rows: Iterable[Row]) -> str:
     """Rows as a table of HTML; all texts are escaped."""
     lines = (
         f'<tr><th style="text-align: left">{html.escape(row.name)}</th>'

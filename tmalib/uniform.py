@@ -6,9 +6,13 @@ do not change. Components are found by name, in any order.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .checks import as_numbers, check_broadcast, short
+from .types import FloatArray, IntArray
 
 POSITION, VELOCITY = ("x", "y"), ("vx", "vy")
 PLANE = (*POSITION, *VELOCITY)
@@ -16,7 +20,7 @@ KINEMATIC = ("x", "y", "z", "vx", "vy")
 BENDING = ("ax", "ay", "rate")  # unknowns with which a motion is not uniform
 
 
-def moving_pairs(coordinates):
+def moving_pairs(coordinates: Sequence[str]) -> tuple[IntArray, IntArray]:
     """Indices of the positions and of the velocities that move them, each ``(2,)``.
 
     `ValueError` for a state without position and velocity, and for one whose motion is not uniform.
@@ -29,15 +33,16 @@ def moving_pairs(coordinates):
         raise ValueError(
             f"a uniform motion needs the components {PLANE} and none of {BENDING}, got {tuple(coordinates)}"
         )
-    return tuple(np.array([coordinates.index(name) for name in names]) for names in (POSITION, VELOCITY))
+    places, speeds = (np.array([coordinates.index(name) for name in names]) for names in (POSITION, VELOCITY))
+    return places, speeds
 
 
-def is_uniform(coordinates):
+def is_uniform(coordinates: Sequence[str]) -> bool:
     """Whether a state has position and velocity, and nothing that bends its motion."""
     return set(PLANE) <= set(coordinates) and not set(BENDING) & set(coordinates)
 
 
-def transition(duration, coordinates=PLANE):
+def transition(duration: ArrayLike, coordinates: Sequence[str] = PLANE) -> FloatArray:
     """Transition matrix ``Phi`` of a constant velocity state over ``duration`` seconds.
 
     Parameters
@@ -67,7 +72,7 @@ def transition(duration, coordinates=PLANE):
     return phi
 
 
-def propagate(state, duration, coordinates=PLANE):
+def propagate(state: ArrayLike, duration: ArrayLike, coordinates: Sequence[str] = PLANE) -> FloatArray:
     """State ``(..., n)`` after ``duration`` seconds of constant velocity motion, ``Phi X``."""
     places, speeds = moving_pairs(coordinates)
     state, duration, n = as_numbers("state", state), as_numbers("duration", duration), len(coordinates)

@@ -15,17 +15,22 @@ two neighbours in time (Gasser, Sroka and Jennen-Steinmetz, 1986).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from .bounds import whitened_jacobian
+from .scenario import Scenario
+from .sensors import Sensor
+from .types import FloatArray
 
 ROUNDS, SETTLED = 30, 1e-4  # of sigma, relative
 LEAST = 1e-12  # of a sigma: residuals may all be zero
 
 
-def roughness(sensor, measured):
+def roughness(sensor: Sensor, measured: FloatArray) -> float:
     """Standard deviation of what linear interpolation between neighbours leaves, of one sensor ``(N,)``."""
     if len(measured) < 3:
         raise ValueError(f"an unknown sigma needs three measurements of {sensor.name}, got {len(measured)}")
@@ -37,7 +42,9 @@ def roughness(sensor, measured):
     return max(LEAST, float(np.sqrt(np.mean(off**2 / (1 + share**2 + (1 - share) ** 2)))))
 
 
-def with_estimated_sigmas(scenario, measured, fit):
+def with_estimated_sigmas(
+    scenario: Scenario, measured: FloatArray, fit: Callable[[Scenario], Any]
+) -> Scenario:
     """The scenario with the sigmas that its unknown ones are found to have, from one run.
 
     Parameters

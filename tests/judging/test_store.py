@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import tmalib as tma
+from tmalib import chunks, montecarlo
 from tmalib.judging import code, stored_runs
 from tmalib.papers.conical_angles import experiments
 
@@ -132,7 +133,8 @@ def test_the_code_of_a_module_is_what_it_imports():
     assert not {"tmalib/particles.py", "tmalib/papers/robustness/scenarios.py"} & names
     everything = code.code_of_source("import tmalib as tma\nfrom numpy import pi\nprint(tma)")
     assert {ROOT / "tmalib/particles.py", ROOT / "tmalib/ghosts/turn.py"} <= everything
-    assert code.code_of_source("from tmalib import figures") == {ROOT / "tmalib/figures.py"}
+    drawn = code.code_of_source("from tmalib import figures")
+    assert drawn == {ROOT / "tmalib" / f"{name}.py" for name in ("figures", "ellipse", "checks", "types")}
     assert code.code_of_source("import numpy") == set()
 
 
@@ -165,3 +167,28 @@ def test_comments_and_layout_do_not_count(tmp_path):
     before = code.hash_of([data])
     data.write_text("1\n\n")
     assert code.hash_of([data]) != before, "of data every byte counts"
+
+
+def test_interrupted_runs_go_on_where_they_were(store, monkeypatch):
+    """The second chunk is interrupted; the rerun computes it and not the first one."""
+    seen, run_chunk = [], chunks.run_chunk
+
+    def interrupted(task, k, seed, runs):
+        seen.append(k)
+        if seen == [0, 1]:
+            raise KeyboardInterrupt
+        return run_chunk(task, k, seed, runs)
+
+    task = partial(experiments.two_rays, bottom_depth=2000.0)
+    monkeypatch.setattr(montecarlo, "CHUNK", 5)
+    monkeypatch.setattr(chunks, "run_chunk", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        stored_runs(task, 12, STREAM)
+    assert len(list(store.rglob("chunk-*.npz"))) == 1
+    found = stored_runs(task, 12, STREAM)
+    assert seen == [0, 1, 1, 2]
+    wanted = tma.monte_carlo(task, 12, STREAM)
+    assert set(found) == set(wanted)
+    for name, values in wanted.items():
+        np.testing.assert_array_equal(found[name], values)
+    assert not list(store.rglob("chunk-*.npz")), "the whole has taken their place"

@@ -39,16 +39,16 @@ CELLS = (
     """\
     import matplotlib.pyplot as plt
 
-    import tmalib as tma
     from tmalib import figures
-    from tmalib.judging import Ours, judge, numbers, of_statistics, show, stored_runs
+    from tmalib.judging import Ours, judge, numbers, of_runs, show, stored_runs
     from tmalib.papers.toy.experiments import toss
     from tmalib.papers.toy.paper import PAPER
 
     figures.use_style()""",
     """\
     runs = stored_runs(toss, 20_000, PAPER.stream("toy/coins"))
-    mean, std = of_statistics(tma.statistics(runs["heads"]), 0, 500)
+    heads = runs["heads"][:, 0]
+    mean, std = of_runs(heads), of_runs(heads, "std")
     ours = {("heads", "mean"): mean, ("heads", "std"): std, ("heads", "bound"): Ours(0.5)}
     table = judge(PAPER, "Table 1", ours, made_from=[runs])
     table""",
@@ -67,9 +67,12 @@ PAGES = {
     "book/intro.md": "# Toy\n\n```{score}\n```\n\n{cite:t}`toy2026`, {ref}`toy-coins`\n",
     "book/verdicts/toy.md": "# Verdicts\n\n```{ledger-table} toy\n:of: results\n```\n\n"
     "```{bibliography}\n```\n",
+    "book/appendix/glossary.md": "# Glossary\n\n:::{glossary}\nshare\n  A part of the whole.\n:::\n",
+    "book/concordance.md": "# Concordance\n\n```{concordance} toy\n```\n",
     "book/references.bib": "@misc{toy2026, author = {A. Toy}, title = {Toys}, year = {2026}}\n",
     "book/_toc.yml": "format: jb-book\nroot: book/intro\nchapters:\n"
-    "  - file: notebooks/toy/coins\n  - file: book/verdicts/toy\n",
+    "  - file: notebooks/toy/coins\n  - file: book/verdicts/toy\n  - file: book/concordance\n"
+    "  - file: book/appendix/glossary\n",
 }
 
 
@@ -132,12 +135,34 @@ def test_the_front_page_has_its_score(project):
 
 def test_it_has_a_page_of_verdicts_with_links_to_the_cell(project):
     rows = page(project, "book/verdicts/toy.html").select("table.ledger-table tbody tr")
+    assert [row["id"] for row in rows] == [
+        f"row-toy-table-1-heads-{name}" for name in ("mean", "std", "bound")
+    ]
     assert [row.select("td")[1].get_text(strip=True) for row in rows] == [
         "share of heads mean", "share of heads σ", "share of heads bound",
     ]  # fmt: skip
     assert {link["href"] for row in rows for link in row.select("td:last-child a")} == {
         "../../notebooks/toy/coins.html#cell-2"
     }
+
+
+def test_the_concordance_leads_from_the_paper_to_the_chapter_and_back(project):
+    (row,) = page(project, "book/concordance.html").select("table.ledger-table tbody tr")
+    assert row["id"] == "concordance-toy-1"
+    section, item, places, errata, verdict = row.select("td")
+    assert [cell.get_text(strip=True) for cell in (section, item, places, errata)] == [
+        "1 Coins",
+        "Table 1",
+        "",
+        "",
+    ]
+    assert [link["href"] for link in verdict.select("a")] == ["../notebooks/toy/coins.html#cell-2"]
+    box = page(project, "notebooks/toy/coins.html").select_one(".in-the-paper")
+    assert [(a.get_text(), a["href"]) for a in box.select("a")] == [
+        ("1 Coins", "../../book/concordance.html#concordance-toy-1"), ("Table 1", "#cell-2"),
+    ]  # fmt: skip
+    entries = (project / "build/site/_build/html/searchindex.js").read_text(encoding="utf-8")
+    assert '"table 1"' in entries[entries.index("indexentries") :]
 
 
 def test_its_figure_and_table_are_exported_with_their_provenance(project):
@@ -157,6 +182,12 @@ def test_its_figure_and_table_are_exported_with_their_provenance(project):
 def test_its_number_is_in_the_sentence(project):
     share = float(page(project, "notebooks/toy/coins.html").select_one("p .pasted-text").get_text())
     assert abs(share - 0.5) < 5 * 0.5 / 20_000**0.5
+
+
+def test_a_word_of_the_glossary_says_what_it_means(project):
+    (link,) = page(project, "notebooks/toy/coins.html").select("a.term")
+    assert (link.get_text(), link["title"]) == ("share", "A part of the whole.")
+    assert link["href"] == "../../book/appendix/glossary.html#term-share"
 
 
 def test_a_second_build_executes_nothing(project):

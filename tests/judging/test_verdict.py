@@ -1,19 +1,18 @@
-"""The ledger and its test: its false-alarm rate, its power, and what it refuses."""
+"""The ledger, its verdicts, and what it refuses; `test_vector.py` is about the test of Monte-Carlo rows."""
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 from scipy.stats import binom
 
-from tmalib import Stream, judging, statistics
+from tmalib import Stream, judging
 from tmalib.judging import verdict as module
 from tmalib.judging.paper import Printed
 
 PAPERS = judging.read_papers()
 PAPER, TABLE = PAPERS["emw-acoustic"], "Table I"
-RUNS, OURS = 500, 20_000
 ROWS = ("xT", "yT", "vxT", "vyT")
 
 
@@ -39,62 +38,21 @@ def test_same_digits(value, like, text):
     assert judging.same_digits(value, like) == text
 
 
-def simulated_paper(rng, heavy=False):
-    """Printed and own values of a table whose every number is right.
-
-    Twelve errors; the paper prints bias and standard deviation of 500, rounded, we have those of 20 000.
-    """
-    found = []
-    for _ in range(12):
-        theirs, ours = (rng.standard_t(9, n) if heavy else rng.standard_normal(n) for n in (RUNS, OURS))
-        own = statistics(ours[:, None] + 0.3)
-        pairs = (
-            (np.mean(theirs + 0.3), own.bias, own.bias_se),
-            (np.std(theirs, ddof=1), own.std, own.std_se),
-        )
-        for printed, value, se in pairs:
-            found.append((round(float(printed), 2), judging.Ours(value[0], se()[0], se(RUNS)[0])))
-    return found
-
-
-def rejected(table, limit, shift=0.0):
-    """Whether any row of a table is beyond the limit; the first row's printed value may be shifted."""
-    (first, ours), *others = table
-    rows = [(first + shift, ours), *others]
-    return any(judging.z_score(printed, 0.01, value) > limit for printed, value in rows)
-
-
-@pytest.mark.parametrize("heavy", [False, True])
-def test_false_alarm_rate_is_the_nominal_one(heavy):
-    """Papers that are right are questioned in about one case of twenty, and not much more seldom."""
-    rng = np.random.default_rng(12)
-    limit = judging.sidak_limit(24)
-    papers = 400
-    rate = np.mean([rejected(simulated_paper(rng, heavy), limit) for _ in range(papers)])
-    spread = np.sqrt(judging.ALPHA * (1 - judging.ALPHA) / papers)
-    assert 0.01 < rate < judging.ALPHA + 3 * spread
-
-
-def test_planted_errors_are_found():
-    """An error of the stated detectable size is found with the stated power; a small one is not."""
-    rng = np.random.default_rng(13)
-    limit = judging.sidak_limit(24)
-    tables = [simulated_paper(rng) for _ in range(300)]
-    spread = np.hypot(1 / np.sqrt(OURS), 1 / np.sqrt(RUNS))
-    detectable = 0.005 + (limit + 0.8416) * spread
-    found = np.mean([judging.z_score(t[0][0] + detectable, 0.01, t[0][1]) > limit for t in tables])
-    assert found == pytest.approx(module.POWER, abs=0.08)
-    assert np.mean([judging.z_score(t[0][0] + spread, 0.01, t[0][1]) > limit for t in tables]) < 0.2
-
-
-def test_sidak_limit_grows_with_the_family():
-    assert judging.sidak_limit(1) == pytest.approx(1.959964, abs=1e-6)
-    assert judging.sidak_limit(16) > judging.sidak_limit(4) > judging.sidak_limit(1)
-
-
 def judged(column, value, **changes):
     ours = judging.Ours(value, **changes)
     return judging.judge(PAPER, TABLE, {("xT", column): ours}).of("xT", column)
+
+
+def runs_with(std, runs=20_000, heavy=0):
+    """Gaussian runs with exactly this standard deviation; so many of them stray by fifty more."""
+    found = np.random.default_rng(1).standard_normal(runs)
+    found[:heavy] *= 50
+    return found / found.std(ddof=1) * std
+
+
+def judged_spread(std, **changes):
+    ours = judging.of_runs(runs_with(std, **changes), "std")
+    return judging.judge(PAPER, TABLE, {("xT", "std_mle"): ours}).of("xT", "std_mle")
 
 
 def test_deterministic_verdicts():
@@ -106,7 +64,7 @@ def test_deterministic_verdicts():
     assert judged("std_crlb", printed, erratum="emw-1").verdict == judging.CORRECTED
     assert judged("std_crlb", printed, assumption="guessed").verdict == judging.UNSPECIFIED
     claim = judged("std_crlb", printed)
-    assert (claim.z, claim.detectable, claim.se) == (None, None, 0.0)
+    assert (claim.probability, claim.detectable, claim.se) == (None, (), 0.0)
 
 
 def test_a_count_must_be_the_same_integer():
@@ -130,17 +88,42 @@ def test_simulated_values_are_judged_like_printed_ones():
 
 
 def test_monte_carlo_verdicts():
+    """The standard error of a spread of 500 Gaussian runs is ``s / sqrt(2 * 499)``, and ours adds."""
     printed = PAPER.printed(TABLE, "xT", "std_mle").value
-    errors = {"se": 1.7, "se_printed": 10.8, "spread": 340.0}
-    assert judged("std_mle", printed + 10, **errors).verdict == judging.REPRODUCED
-    far = judged("std_mle", printed + 60, **errors)
-    assert far.verdict == judging.NOT_REPRODUCED
-    assert far.z == pytest.approx((60 - 0.005) / np.hypot(1.7, 10.8))
-    assert judged("std_mle", printed, se=20.0, se_printed=10.8, spread=340.0).verdict == judging.INCONCLUSIVE
-    heavy = {"se": 20.0, "se_printed": 140.0, "spread": 340.0}
-    assert judged("std_mle", printed + 150, **heavy).verdict == judging.INCONCLUSIVE
-    assert judged("std_mle", printed + 600, **heavy).verdict == judging.NOT_REPRODUCED
-    assert judged("std_mle", printed + 0.004, **errors).z == 0.0
+    error = printed / np.sqrt(2) * np.sqrt(1 / 499 + 1 / 20_000)
+    near = judged_spread(printed + error)
+    assert near.verdict == judging.REPRODUCED
+    ours = printed + error
+    assert near.se == pytest.approx(error * ours / printed, rel=0.02)
+    assert near.deviation == pytest.approx((error - 0.01) / near.se)
+    assert near.probability == pytest.approx(0.32, abs=0.03)
+    assert judged_spread(printed + 3 * error).verdict == judging.NOT_REPRODUCED
+    assert judged_spread(printed - 3 * error).verdict == judging.NOT_REPRODUCED
+    assert judged_spread(printed, runs=400).verdict == judging.INCONCLUSIVE, "fewer than the paper's"
+    assert judged_spread(printed, heavy=30).verdict == judging.INCONCLUSIVE, "a few runs decide"
+    assert judged_spread(printed).deviation == 0.0
+    low, high = judged_spread(printed).accepted
+    for end in (low, high):  # the printed value is as far from ours as the limit is
+        at_limit = judged_spread(printed * printed / end)
+        assert at_limit.verdict == judging.INCONCLUSIVE
+        assert at_limit.note == module.AT_LIMIT
+
+
+def test_a_row_that_fails_with_the_others_only_says_so():
+    """Two spreads of nearly the same errors, one printed larger than ours and one smaller."""
+    rng, ours, rows = np.random.default_rng(3), {}, ("xT", "yT")
+    common = rng.standard_normal(20_000)
+    for row, factor in zip(rows, (1.05, 0.95), strict=True):
+        errors = common + 0.05 * rng.standard_normal(20_000)
+        wanted = PAPER.printed(TABLE, row, "std_mle").value / factor
+        ours[row, "std_mle"] = judging.of_runs(errors / errors.std(ddof=1) * wanted, "std")
+    table = judging.judge(PAPER, TABLE, ours)
+    assert table.count(judging.INCONCLUSIVE) == table.count(judging.REPRODUCED) == 1
+    (worst,) = (claim for claim in table if claim.verdict == judging.INCONCLUSIVE)
+    assert worst.probability > worst.level
+    assert worst.note.startswith(module.MISFIT)
+    assert {claim.together for claim in table} == {table.found.together}
+    assert table.found.together < table.found.level_together
 
 
 def phrase(value, **changes):
@@ -149,15 +132,22 @@ def phrase(value, **changes):
 
 
 def test_what_a_consumer_needs_travels_with_the_claim():
-    """Limit, rounding and the runs behind ours; rounding from its definition."""
-    errors = {"se": 3.0, "se_printed": 4.0, "spread": 340.0}
-    ours = {("xT", "std_mle"): judging.Ours(340.0, **errors), ("xT", "std_crlb"): judging.Ours(342.38)}
+    """Levels, range, shifts and the runs behind ours."""
+    ours = {
+        ("xT", "std_mle"): judging.of_runs(runs_with(340.0), "std"),
+        ("xT", "std_crlb"): judging.Ours(342.38),
+    }
     stream = Stream("own", 3)
     random, exact = judging.judge(PAPER, TABLE, ours, made_from=[stream, stream])
-    assert random.rounding == pytest.approx(0.5 * 0.01 / 5.0)
-    assert random.limit == judging.sidak_limit(1)
+    assert random.level == pytest.approx(judging.ALPHA, abs=1e-3), "one row: all of the level"
+    assert random.limit == pytest.approx(1.96, abs=0.01)
+    low, high = random.accepted
+    down, up = random.detectable
+    assert low < 340 < high
+    assert down > 340 - low
+    assert up > high - 340
     assert (random.sources, exact.sources) == ((stream.source,), ())
-    assert (exact.limit, exact.rounding) == (None, None)
+    assert (exact.level, exact.together, exact.accepted) == (None, None, ())
 
 
 @pytest.mark.parametrize(
@@ -214,9 +204,12 @@ def test_verdicts_travel_as_json():
     table = judging.judge(
         PAPER, TABLE, {("xT", "std_crlb"): judging.Ours(342.38), ("yT", "std_crlb"): judging.Ours(0.0)}
     )
+    random = judged_spread(340.0)
+    (again,) = json.loads(json.dumps([asdict(random)], allow_nan=False))
+    assert judging.Claim(**again) == random
     bundle = table._repr_mimebundle_()
     rows = json.loads(json.dumps(bundle[module.CLAIMS], allow_nan=False))
-    wanted = {"paper", "table", "row", "column", "printed", "unit", "ours", "se", "z", "verdict", "note"}
+    wanted = {"paper", "table", "row", "column", "printed", "ours", "se", "probability", "verdict", "note"}
     assert all(wanted <= row.keys() for row in rows)
     assert table.count(judging.REPRODUCED) == table.count(judging.NOT_REPRODUCED) == 1
     assert "342.38" in bundle["text/plain"]
@@ -231,7 +224,8 @@ def test_verdicts_travel_as_json():
         (lambda: judging.judge(PAPER, TABLE, {}), "nothing to judge"),
         (lambda: judging.judge(PAPER, "Table XX", {("xT", "true"): judging.Ours(1.0)}), "no printed value"),
         (lambda: judged("std_crlb", np.nan), "must be finite"),
-        (lambda: judged("std_mle", 340.0), "needs standard errors"),
+        (lambda: judged("std_mle", 340.0), "needs runs"),
+        (lambda: judging.of_runs([1.0, np.nan]), "runs must be two finite numbers"),
         (lambda: judged("std_crlb", 340.0, at_least=0.0), "are for text rows"),
         (lambda: phrase(0.4), "are for text rows"),
         (lambda: phrase(0.4, at_least=0.1, among=(4, 3)), "held and scenarios"),

@@ -1,6 +1,7 @@
 """What the chapters of emw-acoustic compute from a table and along the line of sight."""
 
 from functools import partial
+from types import SimpleNamespace
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -44,19 +45,22 @@ def test_printed_columns():
     np.testing.assert_allclose(off, [2, 1, 0, 10], atol=1e-6)
 
 
-def test_largest_agreeing_z_leaves_out_the_rejected():
-    def claim(z, verdict):
-        row = PAPER.printed("Table I", "xT", "std_ekf")
-        return judging.Claim(**vars(row), ours=1.0, se=0.1, z=z, verdict=verdict, erratum="", note="")
+def test_least_probability_leaves_out_what_does_not_agree():
+    probability = np.array([0.5, 0.001, 0.004, 0.1, 0.2])
+    questioned, at_limit = (np.array([0, k, 1 - k, 0, 0], dtype=bool) for k in (1, 0))
+    found = SimpleNamespace(probability=probability, questioned=questioned, at_limit=at_limit)
+    assert tables.least_probability(judging.Verdicts((), found)) == 0.1
 
-    found = [
-        claim(None, judging.REPRODUCED),
-        claim(1.0, judging.REPRODUCED),
-        claim(2.5, judging.INCONCLUSIVE),
-        claim(2.0, judging.CORRECTED),
-        claim(7.0, judging.NOT_REPRODUCED),
-    ]
-    assert tables.largest_agreeing_z(judging.Verdicts(tuple(found), 3.0)) == 2.5
+
+def test_rare_runs_come_in_with_their_share():
+    usual = {"mle": np.zeros((1001, 4)), "ekf": np.ones((1001, 4))}
+    usual["ekf"][3] = -6.5  # one of the kind, which says nothing of how often it is
+    rare = tables.RareRuns(np.full((2, 4), 5.0), np.full((2, 4), 7.0), 1_000_000, beyond=6.0)
+    mle, ekf, weights = rare.among(usual)
+    assert mle.shape == ekf.shape == (1002, 4)
+    assert weights.sum() == pytest.approx(1)
+    assert weights[-2:].sum() == pytest.approx(2e-6)
+    assert weights @ ekf[:, 0] == pytest.approx(1 + 6 * 2e-6)
 
 
 def test_judged_variants_name_their_runs():

@@ -56,6 +56,13 @@ def test_the_search_finds_again_what_it_has_found():
     assert np.all(np.abs(errors[:, 0]) > strays.FAR)
 
 
+def test_rare_runs_are_those_found():
+    rare = strays.rare_runs()
+    np.testing.assert_array_equal(rare.ekf, strays.errors_again(strays.FOUND))
+    assert np.all(np.abs(rare.mle[:, 0]) < 500), "the other estimator does not stray"
+    assert rare.searched == 2_000_000
+
+
 def test_where_they_are_early_on():
     """The errors at the last time are those of the task; the range is that of the scenario."""
     now = emw.scenario(6)

@@ -1,11 +1,11 @@
-"""Beside the tables of emw-acoustic: clouds, other courses, readings of the filter, printed spreads."""
+"""Beside the tables of emw-acoustic: clouds, other courses, readings of the filter."""
 
 import numpy as np
 import pytest
 from scipy.stats import chi2
 
 import tmalib as tma
-from tmalib.papers.emw_acoustic import against_bound, courses, experiments, filter_variants, spreads
+from tmalib.papers.emw_acoustic import against_bound, courses, experiments, filter_variants
 from tmalib.papers.emw_acoustic import scenarios as emw
 from tmalib.papers.emw_acoustic.paper import PAPER
 
@@ -103,27 +103,6 @@ def test_sonar_at_t1_changes_nothing_but_the_first_instant():
 def test_unknown_variant():
     with pytest.raises(ValueError, match=r"variant must be one of .* got 'radar'"):
         filter_variants.filter_variant(SEED, 1, 1, "radar")
-
-
-def test_probability_of_a_spread_of_gaussian_errors():
-    """(n - 1) s^2 is chi-square: an exact answer, but for the size of the pool and the number of draws."""
-    rng = np.random.default_rng(7)
-    errors = rng.standard_normal((100_000, 3)) * [1.0, 20.0, 3.0]
-    printed = np.array([0.95, 20.3, 3.9])
-    exact = chi2.cdf(499 * (printed / [1, 20, 3]) ** 2, 499)
-    found = spreads.probability_of_spread(errors, printed, rng)
-    np.testing.assert_allclose(found, 2 * np.minimum(exact, 1 - exact), atol=0.06, rtol=0)
-    assert found[2] == 0
-
-
-def test_zero_is_too_small_where_the_symmetric_test_is_blind():
-    """A pool in which one run in 2 000 strays by a hundred standard deviations."""
-    rng = np.random.default_rng(8)
-    errors = rng.standard_normal((20_000, 1))
-    errors[::2_000] *= 300
-    found = tma.statistics(errors)
-    assert found.std[0] / np.hypot(found.std_se()[0], found.std_se(500)[0]) < 2
-    assert spreads.probability_of_spread(errors, [0.0], rng) == 0
 
 
 def test_limit_of_the_efficiency_is_that_of_500_runs():

@@ -32,7 +32,7 @@ class FileTime(NamedTuple):
     seconds: Decimal
 
 
-def parse_time(text):
+def parse_time(text: str) -> FileTime:
     """The `FileTime` of a cell; `ValueError` for what is neither a number nor a date-time."""
     if len(text) <= LONGEST:
         if NUMBER.fullmatch(text):
@@ -51,17 +51,17 @@ def parse_time(text):
     raise ValueError(f"a time is {wanted}, got {text[:LONGEST]!r}")
 
 
-def unix_seconds(moment):
+def unix_seconds(moment: datetime) -> Decimal:
     """Seconds since 1970 of an aware `datetime`, exactly."""
     return Decimal((moment - UNIX_EPOCH) // timedelta(microseconds=1)).scaleb(-6)
 
 
-def moment_of(seconds):
+def moment_of(seconds: Decimal) -> datetime:
     """The `datetime` of seconds since 1970, rounded down to a microsecond."""
     return UNIX_EPOCH + timedelta(microseconds=int((seconds * 10**6).to_integral_value("ROUND_FLOOR")))
 
 
-def date_time_of(seconds):
+def date_time_of(seconds: Decimal) -> str:
     """The date-time in UTC of exact seconds since 1970, a text that `parse_time` reads back."""
     whole = seconds.to_integral_value("ROUND_FLOOR")
     fraction = f"{(seconds - whole).normalize():f}"[1:] if seconds != whole else ""

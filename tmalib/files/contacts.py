@@ -7,11 +7,13 @@ from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..bearings import Bearing, DelayedBearing, wrap
 from ..checks import check_scalar
 from ..scenario import Scenario
 from ..sensors import Sensor
+from ..types import FilePath, FloatArray, Motion
 from . import debrief
 from .clock import date_time_of, unix_seconds
 from .tables import ANGLE_OR_NONE, SIGMA_OR_NONE, SOUND_SPEED_OR_NONE, TIME, Table, name_cell, read_csv
@@ -24,7 +26,15 @@ COLUMNS = {
 }  # fmt: skip
 
 
-def read_bearings(path, platform, *, sigma=None, sound_speed=None, format=None, name=None):
+def read_bearings(
+    path: FilePath,
+    platform: Motion,
+    *,
+    sigma: float | None = None,
+    sound_speed: float | None = None,
+    format: str | None = None,
+    name: str | None = None,
+) -> tuple[Scenario, FloatArray]:
     """Scenario and measured bearings of a file.
 
     Parameters
@@ -180,7 +190,7 @@ def _model(table, given):
     return DelayedBearing(float(known[0]))
 
 
-def write_bearings(path, scenario, angles):
+def write_bearings(path: FilePath, scenario: Scenario, angles: ArrayLike) -> None:
     """Write the bearings of one run to a table that `read_bearings` reads.
 
     Parameters

@@ -28,11 +28,14 @@ from __future__ import annotations
 import io
 import math
 import re
+from collections.abc import Callable
 from datetime import UTC, datetime
 from decimal import Decimal
+from typing import Any
 
 import numpy as np
 
+from ..types import FilePath
 from .clock import FileTime, unix_seconds
 from .tables import ANGLE, ANGLE_OR_NONE, SIGMA_OR_NONE, Table, name_cell, number_cell
 from .text import check_rows, read_text, refuse
@@ -53,11 +56,11 @@ CLOCK = re.compile(r"(\d{1,6})(\.\d{1,9})?", re.ASCII)
 class Fields:
     """The fields of a line, taken one after the other; what is wrong is refused by its name."""
 
-    def __init__(self, path, line, text):
+    def __init__(self, path: FilePath, line: int, text: str) -> None:
         self.path, self.line = path, line
         self.left = FIELD.findall(text)[::-1]
 
-    def take(self, column, parse=name_cell):
+    def take(self, column: str, parse: Callable[[str], Any] = name_cell) -> Any:
         """The next field, parsed."""
         if not self.left:
             refuse("the line ends before this field", self.path, self.line, column)
@@ -66,7 +69,7 @@ class Fields:
         except ValueError as error:
             refuse(error, self.path, self.line, column)
 
-    def take_time(self):
+    def take_time(self) -> FileTime:
         """The two fields of a time."""
         day, clock = self.take("date"), self.take("time")
         found = CLOCK.fullmatch(clock)
@@ -80,7 +83,7 @@ class Fields:
             refuse(f"{day} {clock} is no date and time", self.path, self.line, "date")
         return FileTime("date-time with a zone", unix_seconds(moment) + Decimal(found[2] or 0))
 
-    def take_angle(self, column, limit, hemispheres):
+    def take_angle(self, column: str, limit: float, hemispheres: str) -> float:
         """Degrees of the fields degrees, minutes, seconds, hemisphere; the next may stick to the last."""
         degrees = self.take(column, number_cell(0, limit, " degrees"))
         minutes, seconds = self.take(column, SIXTIETHS), self.take(column, SIXTIETHS)
@@ -95,19 +98,19 @@ class Fields:
             refuse(f"{value:.6f} degrees is more than {limit}", self.path, self.line, column)
         return value if side[0].upper() == hemispheres[0] else -value
 
-    def take_position(self):
+    def take_position(self) -> tuple[float, float]:
         return self.take_angle("latitude", 90, "NS"), self.take_angle("longitude", 180, "EW")
 
-    def next_is_null(self):
+    def next_is_null(self) -> bool:
         """Whether the next field says that there is nothing."""
         return bool(self.left) and is_null(self.left[-1])
 
 
-def is_null(text):
+def is_null(text: str) -> bool:
     return text.upper() in ("NULL", "NAN")
 
 
-def number_or_null(parse):
+def number_or_null(parse: Callable[[str], Any]) -> Callable[[str], Any]:
     """A parser that takes what says that there is nothing for an empty cell."""
     return lambda text: parse("" if is_null(text) else text)
 
@@ -161,12 +164,12 @@ def _read(path, columns, wants, parse, ship):
     return Table(path, [lines[i] for i in kept], {n: list(c) for n, c in zip(columns, cells, strict=True)})
 
 
-def read_fixes(path, ship=None):
+def read_fixes(path: FilePath, ship: str | None = None) -> Table:
     """`Table` of the fixes of a ship: time, latitude, longitude, heading."""
     return _read(path, FIX_COLUMNS, lambda first: not first.startswith(";"), _fix, ship)
 
 
-def read_contacts(path, ship=None):
+def read_contacts(path: FilePath, ship: str | None = None) -> Table:
     """`Table` of the contacts of a ship's sensors that have bearings."""
     table = _read(path, CONTACT_COLUMNS, CONTACTS.__contains__, _contact, ship)
     if (row := table.row_where(~np.isnan(table.array("second bearing")))) is not None:

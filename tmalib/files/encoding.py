@@ -24,6 +24,7 @@ import re
 import types
 import typing
 from datetime import datetime
+from typing import Any
 
 import numpy as np
 
@@ -69,7 +70,7 @@ AGREE = 1e-9  # relative, of what a constructor computes
 # -- to JSON ------------------------------------------------------------------------------------
 
 
-def encode(thing, where="content"):
+def encode(thing: Any, where: str = "content") -> Any:
     """What `json` can write of a thing; `ValueError` that says where a thing is that cannot be saved."""
     kind = type(thing)
     if thing is None or kind in (bool, int, str):
@@ -109,7 +110,7 @@ def _encode_array(array, where):
 # -- from JSON ----------------------------------------------------------------------------------
 
 
-def decode(content, where="content"):
+def decode(content: Any, where: str = "content") -> Any:
     """The thing that `encode` wrote; `ValueError` that says where the content is none."""
     if isinstance(content, list):
         return [decode(part, f"{where}[{i}]") for i, part in enumerate(content)]
@@ -192,8 +193,9 @@ def _decode_object(cls, content, where):
 
 def _check_by_annotations(thing, where):
     """`ValueError` for a field that is not what its annotation says; not every class checks this itself."""
-    for name, hint in typing.get_type_hints(type(thing)).items():
-        value = getattr(thing, name)
+    hints = typing.get_type_hints(type(thing))
+    for name in (field.name for field in dataclasses.fields(thing)):
+        value, hint = getattr(thing, name), hints[name]
         parts = value if name == "legs" else ()
         if not _is_a(value, hint) or not all(isinstance(part, Leg) for part in parts):
             kind = type(thing).__name__
@@ -202,13 +204,14 @@ def _check_by_annotations(thing, where):
 
 def _is_a(value, hint):
     if typing.get_origin(hint) in (types.UnionType, typing.Union):
-        return any(_is_a(value, part) for part in typing.get_args(hint))
+        return any(_is_a(value, part) for part in typing.get_args(hint) if part is not typing.Any)
+    hint = typing.get_origin(hint) or hint
     # One run has numbers of numpy for arrays; where a number stands, there may be one for each measurement.
     numeric = {float: (float, int, np.number, np.ndarray), int: (int, np.integer), bool: (bool, np.bool_),
                np.ndarray: (np.ndarray, np.generic)}  # fmt: skip
     if hint in (float, int) and isinstance(value, bool):
         return False
-    return isinstance(value, numeric.get(hint, typing.get_origin(hint) or hint))
+    return isinstance(value, numeric.get(hint, hint))
 
 
 def _put_back(thing, name, value, where):

@@ -17,16 +17,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ..bearings import wrap
 from ..checks import check_scalar, set_fields
+from ..types import FloatArray
 
 LONGEST_TIME = 9e12  # seconds that a datetime64 in microseconds can hold
 
 
-def geodesics():
+def geodesics() -> Any:
     """The geodesics of WGS84; `ImportError` that says what to install where there is no pyproj."""
     try:
         from pyproj import Geod  # imported here: an extra, and only geographic positions need it
@@ -82,7 +85,7 @@ class Frame:
     latitude: float | None = None
     longitude: float | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.epoch is not None:
             if not isinstance(self.epoch, datetime) or self.epoch.utcoffset() is None:
                 raise ValueError(f"epoch must be a datetime with a time zone, got {self.epoch!r}")
@@ -97,7 +100,7 @@ class Frame:
                 set_fields(self, **{name: value})
 
     @property
-    def is_geographic(self):
+    def is_geographic(self) -> bool:
         """Whether the plane has an origin on the Earth."""
         return self.latitude is not None
 
@@ -110,7 +113,7 @@ class Frame:
             raise ValueError("the frame has no epoch; its track was given in plain seconds")
         return np.datetime64(self.epoch.replace(tzinfo=None), "us")
 
-    def to_plane(self, latitude, longitude):
+    def to_plane(self, latitude: ArrayLike, longitude: ArrayLike) -> FloatArray:
         """Position in the plane, shape ``(..., 2)``, of degrees that broadcast against each other.
 
         NaN where a coordinate is not finite; `ValueError` for a latitude beyond 90 degrees.
@@ -134,7 +137,7 @@ class Frame:
     def _from_origin(self, latitude, longitude):
         return _at_each(geodesics().inv, self.longitude, self.latitude, longitude, latitude)
 
-    def to_geographic(self, xy):
+    def to_geographic(self, xy: ArrayLike) -> FloatArray:
         """Latitude and longitude in degrees, shape ``(..., 2)``, of positions ``(..., 2)`` in the plane.
 
         Longitudes are from -180 to 180; a position that is not finite gives NaN.
@@ -150,7 +153,7 @@ class Frame:
         longitude, latitude, _ = _at_each(geodesics().fwd, self.longitude, self.latitude, azimuth, distance)
         return np.stack([latitude, longitude], axis=-1)
 
-    def true_north(self, xy):
+    def true_north(self, xy: ArrayLike) -> FloatArray:
         """Angle in radians, clockwise from the y axis, at which true north lies at positions ``(..., 2)``.
 
         A true bearing ``b`` taken at ``xy`` is ``b + true_north(xy)`` in the plane; a course ``h`` in the
@@ -170,14 +173,14 @@ class Frame:
         outwards, back, _ = self._from_origin(latitude, longitude)
         return wrap(np.radians(outwards - (back + 180.0)))
 
-    def to_datetime(self, seconds):
+    def to_datetime(self, seconds: ArrayLike) -> NDArray[np.datetime64]:
         """UTC as ``datetime64[us]``, shape as ``seconds``; NaT where these are not finite."""
         epoch, seconds = self._needs_epoch(), np.asarray(seconds, dtype=float)
         finite = np.abs(seconds) < LONGEST_TIME
         whole = np.rint(np.where(finite, seconds, 0.0) * 1e6).astype("timedelta64[us]")
         return np.where(finite, epoch + whole, np.datetime64("NaT", "us"))[()]
 
-    def to_seconds(self, moment):
+    def to_seconds(self, moment: ArrayLike) -> FloatArray:
         """Seconds since the epoch of a `datetime`, ``datetime64`` or ISO texts in UTC, shape as these."""
         epoch = self._needs_epoch()
         if isinstance(moment, datetime) and moment.utcoffset() is not None:

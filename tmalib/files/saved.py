@@ -5,14 +5,16 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
+from typing import Any
 
+from ..types import FilePath
 from .encoding import decode, encode
 from .text import MAX_BYTES, read_text, refuse
 
 VERSION = 1
 
 
-def save(path, thing):
+def save(path: FilePath, thing: Any) -> None:
     """Write a thing to a text file, JSON in UTF-8, from which `load` makes it again.
 
     Parameters
@@ -50,7 +52,7 @@ def save(path, thing):
     Path(path).write_text(text, encoding="utf-8")
 
 
-def load(path):
+def load(path: FilePath) -> Any:
     """The thing that `save` wrote to a file.
 
     Every finite float is the same bit for bit. Nothing in the file is executed; the objects are made, and

@@ -5,10 +5,14 @@ from __future__ import annotations
 import csv
 import io
 import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, NoReturn
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from ..types import FilePath, FloatArray
 from .clock import NUMBER, parse_time
 from .text import MAX_ROWS, check_rows, read_text, refuse
 
@@ -19,28 +23,34 @@ LONGEST_CELL = 200
 class Table:
     """Columns by name, all as long as ``lines``, the line in the file of each row."""
 
-    path: object
-    lines: list
-    columns: dict
+    path: FilePath
+    lines: list[int]
+    columns: dict[str, list[Any]]
 
-    def __contains__(self, column):
+    def __contains__(self, column: object) -> bool:
         return column in self.columns
 
-    def array(self, column):
+    def array(self, column: str) -> FloatArray:
         """A column of numbers; NaN all along where the file has no such column."""
         return np.array(self.columns.get(column, [math.nan] * len(self.lines)), dtype=float)
 
-    def refuse(self, message, row, column):
+    def refuse(self, message: object, row: int, column: str) -> NoReturn:
         """`ValueError` that names the file, the line of a row and the column."""
         refuse(message, self.path, self.lines[row], column)
 
-    def row_where(self, wrong):
+    def row_where(self, wrong: ArrayLike) -> int | None:
         """Number of the first row of which an array says so, `None` if there is none."""
         found = np.flatnonzero(wrong)
         return int(found[0]) if len(found) else None
 
 
-def number_cell(minimum=-1e300, maximum=1e300, unit="", above=-math.inf, may_be_empty=False):
+def number_cell(
+    minimum: float = -1e300,
+    maximum: float = 1e300,
+    unit: str = "",
+    above: float = -math.inf,
+    may_be_empty: bool = False,
+) -> Callable[[str], float]:
     """A parser of numbers in a range; NaN for an empty cell, if it may be empty."""
 
     def parse(text):
@@ -58,7 +68,7 @@ def number_cell(minimum=-1e300, maximum=1e300, unit="", above=-math.inf, may_be_
     return parse
 
 
-def name_cell(text):
+def name_cell(text: str) -> str:
     """A name; never empty."""
     if not text or len(text) > LONGEST_CELL or not text.isprintable():
         raise ValueError(f"a name of at most {LONGEST_CELL} printable characters is wanted, got {text!r:.50}")
@@ -76,7 +86,12 @@ METRES = number_cell(-1e8, 1e8, " m")
 TIME = parse_time
 
 
-def read_csv(path, parsers, required, alternatives):
+def read_csv(
+    path: FilePath,
+    parsers: Mapping[str, Callable[[str], Any]],
+    required: Sequence[str],
+    alternatives: Sequence[tuple[str, ...]],
+) -> Table:
     """A `Table` of comma-separated text.
 
     Parameters
@@ -98,7 +113,9 @@ def read_csv(path, parsers, required, alternatives):
     try:
         header = next((row for row in reader if any(cell.strip() for cell in row)), [""])
         names = _checked_header(header, path, reader.line_num, parsers, required, alternatives)
-        used = [(name, parsers[name], []) for name in names]
+        used: list[tuple[str, Callable[[str], Any], list[Any]]] = [
+            (name, parsers[name], []) for name in names
+        ]
         lines = []
         for row in reader:
             if not any(cell.strip() for cell in row):

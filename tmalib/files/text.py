@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NoReturn
+
+from ..types import FilePath
 
 MAX_BYTES = 200_000_000
 MAX_ROWS = 1_000_000
 
 
-def refuse(message, path, line=None, column=None):
+def refuse(message: object, path: FilePath, line: int | None = None, column: str | None = None) -> NoReturn:
     """Raise a `ValueError` that names file, line and column."""
     place = str(path)
     place += "" if line is None else f", line {line}"
@@ -16,7 +19,7 @@ def refuse(message, path, line=None, column=None):
     raise ValueError(f"{place}: {message}")
 
 
-def read_text(path):
+def read_text(path: FilePath) -> str:
     """Content of a UTF-8 file of at most `MAX_BYTES` bytes, without byte order mark.
 
     Raises
@@ -41,7 +44,7 @@ def read_text(path):
     return text
 
 
-def check_rows(count, path):
+def check_rows(count: int, path: FilePath) -> None:
     """`ValueError` for no rows, and for more than `MAX_ROWS`."""
     if not count:
         refuse("the file has no rows", path)
@@ -49,7 +52,7 @@ def check_rows(count, path):
         refuse(f"the file has more than {MAX_ROWS} rows, the most that is read", path)
 
 
-def format_of(path, format):
+def format_of(path: FilePath, format: str | None) -> str:
     """``"csv"`` or ``"rep"``: as asked for, else by the suffix of the path."""
     known = {".csv": "csv", ".txt": "csv", ".rep": "rep", ".dsf": "rep"}
     if format is None:

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..motion import SampledCourse
+from ..types import FilePath, FloatArray
 from . import debrief
 from .clock import LEAST_UNIX_TIME, moment_of, unix_seconds
 from .frame import Frame
-from .tables import ANGLE, LATITUDE, LONGITUDE, METRES, TIME, read_csv
+from .tables import ANGLE, LATITUDE, LONGITUDE, METRES, TIME, Table, read_csv
 from .text import format_of, refuse
 
 PLAIN = Frame()  # metres from somewhere, seconds since some time
@@ -31,13 +32,13 @@ class RecordedCourse(SampledCourse):
 
     frame: Frame = PLAIN
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         if not isinstance(self.frame, Frame):
             raise ValueError(f"frame must be a Frame, got {self.frame!r}")
 
 
-def read_track(path, *, format=None, name=None):
+def read_track(path: FilePath, *, format: str | None = None, name: str | None = None) -> RecordedCourse:
     """The own ship's track of a file, for a `Scenario` and for `read_bearings`.
 
     Parameters
@@ -111,7 +112,7 @@ def _epoch_of(table):
     return None if first.kind == "number" and first.seconds < LEAST_UNIX_TIME else moment_of(first.seconds)
 
 
-def seconds_in(frame, table):
+def seconds_in(frame: Frame, table: Table) -> FloatArray:
     """Times of a table in a frame, shape ``(N,)``, exact until each is rounded to a float."""
     times = table.columns["time"]
     kinds = [time.kind for time in times]

@@ -26,7 +26,9 @@ __all__ = [
 ]  # fmt: skip
 
 
-def find_ghosts(scenario, *, tolerance=TOLERANCE, within=None):
+def find_ghosts(
+    scenario: Scenario, *, tolerance: float = TOLERANCE, within: float | None = None
+) -> list[Family]:
     """All targets with the same noise-free cosines of conical angles as the scenario's target.
 
     Parameters

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ..cones import BOTTOM_BOUNCE, DIRECT, ConicalAngle
+from ..cones import BOTTOM_BOUNCE, DIRECT, ConicalAngle, RayPath
 from ..motion import Target
+from ..scenario import Scenario
+from ..types import FloatArray
 from .family import ROUNDING, check_one_array
 
 INSTANTS = 4
@@ -21,20 +25,20 @@ class ArrayLeg:
     to make it special, and ``tolerance`` what its cosines may change by that.
     """
 
-    times: np.ndarray  # both ends
-    positions: np.ndarray
-    axes: np.ndarray  # rows: unit vectors across (to the right) and ahead
+    times: FloatArray  # both ends
+    positions: FloatArray
+    axes: FloatArray  # rows: unit vectors across (to the right) and ahead
     array_depth: float
     bottom_depth: float
-    target: tuple  # across and ahead at both ends, and depth
-    share: np.ndarray  # of the leg, at every measurement
-    images: np.ndarray  # its ray's slope and offset
-    measured: np.ndarray
+    target: tuple[FloatArray, FloatArray, float]  # across and ahead at both ends, and depth
+    share: FloatArray  # of the leg, at every measurement
+    images: FloatArray  # its ray's slope and offset
+    measured: FloatArray
     tiny: float
     slack: float
     tolerance: float
 
-    def cosines(self, x, y, depth):
+    def cosines(self, x: FloatArray, y: FloatArray, depth: float) -> FloatArray:
         """All measurements of a target with these relative coordinates; NaN on the array."""
         across, ahead = (start + self.share * (end - start) for start, end in (x, y))
         slope, offset = self.images
@@ -42,16 +46,16 @@ class ArrayLeg:
         with np.errstate(invalid="ignore", divide="ignore"):
             return ahead / np.sqrt(across**2 + ahead**2 + zeta**2)
 
-    def holds(self, x, y, depth):
+    def holds(self, x: FloatArray, y: FloatArray, depth: float) -> bool:
         """Whether the target is this one, for the numbers given: in every coordinate and every cosine."""
-        pairs = zip((x, y, depth), self.target, strict=True)
+        pairs: Any = zip((x, y, depth), self.target, strict=True)
         moved = max(np.max(np.abs(new - old)) for new, old in pairs)
         if not moved <= self.slack:
             return False
         change = np.abs(self.cosines(x, y, depth) - self.measured)
         return bool(np.all(change <= self.tolerance))
 
-    def member(self, x, y, depth, path=DIRECT):
+    def member(self, x: ArrayLike, y: ArrayLike, depth: float, path: RayPath = DIRECT) -> Target:
         """The target with the relative positions ``(x, y)`` at both ends."""
         x, y = np.broadcast_to(x, 2), np.broadcast_to(y, 2)
         if self.passes(x, y) and abs(self.zeta(path, depth)) <= self.tiny:
@@ -61,26 +65,26 @@ class ArrayLeg:
             start, (end - start) / np.diff(self.times), depth=depth, time=self.times[0]
         )
 
-    def passes(self, x, y):
+    def passes(self, x: FloatArray, y: FloatArray) -> bool:
         """Whether a track leads right over or under the array."""
         beside = abs(x[0] * y[1] - x[1] * y[0]) <= self.tiny * np.hypot(x, y).max()
         return beside and x[0] * x[1] + y[0] * y[1] <= self.tiny**2
 
-    def must_not_pass(self, path):
+    def must_not_pass(self, path: RayPath) -> None:
         """`ValueError` for a target that goes through the array, where it has no cosine."""
         x, y, depth = self.target
         if self.passes(x, y) and abs(self.zeta(path, depth)) <= self.tiny:
             raise ValueError(f"the target passes through the array: across {x}, ahead {y} m, no depth")
 
-    def zeta(self, path, depth):
+    def zeta(self, path: RayPath, depth: float) -> float:
         slope, offset = path.image(self.bottom_depth)
         return slope * depth + (offset - self.array_depth)  # in the order of `ConicalAngle`
 
 
-def straight_leg(scenario, tolerance):
+def straight_leg(scenario: Scenario, tolerance: float) -> tuple[ArrayLeg, RayPath | None]:
     """The leg, and the ray path (None for direct and bottom); `ValueError` for what is not covered."""
     check_one_array(scenario)
-    target, models = scenario.target, [sensor.model for sensor in scenario.sensors]
+    target, models = scenario.target, [cast(Any, sensor.model) for sensor in scenario.sensors]
     if not isinstance(target, Target) or target.depth is None:
         raise ValueError(f"the target must be a Target with a depth, got {target!r}")
     if not all(isinstance(model, ConicalAngle) for model in models):
@@ -94,9 +98,9 @@ def straight_leg(scenario, tolerance):
     if not 0 <= target.depth <= bottom_depth:
         raise ValueError(f"the target's depth must be between 0 and {bottom_depth}, got {target.depth}")
 
-    instants = {}  # a path by its image: (1, 0, 0) and (-1, 0, 0) are one
-    images = [sensor.model.path.image(bottom_depth) for sensor in scenario.sensors]
-    for image, sensor in zip(images, scenario.sensors, strict=True):
+    instants: dict[tuple[float, float], Any] = {}  # a path by its image: (1, 0, 0) and (-1, 0, 0) are one
+    paths = [model.path.image(bottom_depth) for model in models]
+    for image, sensor in zip(paths, scenario.sensors, strict=True):
         instants[image] = np.union1d(instants.get(image, []), sensor.times)
     pair = {path.image(bottom_depth) for path in (DIRECT, BOTTOM_BOUNCE)}
     if len(instants) > 1 and set(instants) != pair:
@@ -112,7 +116,7 @@ def straight_leg(scenario, tolerance):
     sin, cos = place[2:, 0]
     axes = np.array([[cos, -sin], [sin, cos]])
     x, y = axes @ (sites - positions).T
-    images = np.repeat(np.transpose(images), [len(sensor) for sensor in scenario.sensors], axis=1)
+    images = np.repeat(np.transpose(paths), [len(sensor) for sensor in scenario.sensors], axis=1)
     zeta = images[0] * target.depth + (images[1] - array_depth)
 
     extent = [positions, sites, target.velocity * np.abs(ends - target.time).max()]

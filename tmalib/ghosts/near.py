@@ -20,16 +20,19 @@ a valley the fit is repeated without a pull.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..batch import fit
 from ..checks import check_is, check_scalar, check_sequence
 from ..cones import ConicalAngle
 from ..motion import Target
 from ..scenario import Scenario, Sensor
+from ..types import FloatArray
 from .family import Family, admissible
 from .starts import grid_of_starts
 from .ways import UNSEEN, distinct, in_blocks, thinned
@@ -60,12 +63,14 @@ class NearGhost(Family):
     in_water: bool
 
     @property
-    def is_isolated(self):
+    def is_isolated(self) -> bool:
         """Whether chi-square rises in all directions; otherwise the ghost is a point of a valley."""
         return self.rank == len(NAMES)
 
 
-def near_ghosts(scenario, within, *, starts=None, known=()):
+def near_ghosts(
+    scenario: Scenario, within: float, *, starts: ArrayLike | None = None, known: Sequence[Target] = ()
+) -> list[NearGhost]:
     """Other targets whose measurements differ from the target's by a chi-square below ``within``.
 
     Parameters
@@ -121,15 +126,15 @@ def near_ghosts(scenario, within, *, starts=None, known=()):
     grid = grid_of_starts(scenario)
     if starts is not None:
         grid = np.concatenate([grid, scenario.check_state(starts).reshape(-1, len(NAMES))])
-    known = [scenario.state] + [other.state(scenario.reference_time, NAMES) for other in known]
-    states = np.concatenate([known, _settled(scenario, _minima(scenario, grid, level), level)])
+    own = [scenario.state] + [other.state(scenario.reference_time, NAMES) for other in known]
+    states = np.concatenate([own, _settled(scenario, _minima(scenario, grid, level), level)])
     valley = _rank(scenario, states) < len(NAMES)
-    kept = distinct(partial(chi_square, scenario), partial(_relax, scenario), states, valley, len(known))
-    ghosts = [_ghost(scenario, states[k]) for k in kept[len(known) :]]
+    kept = distinct(partial(chi_square, scenario), partial(_relax, scenario), states, valley, len(own))
+    ghosts = [_ghost(scenario, states[k]) for k in kept[len(own) :]]
     return sorted(ghosts, key=lambda ghost: ghost.chi_square)
 
 
-def chi_square(scenario, states):
+def chi_square(scenario: Scenario, states: FloatArray) -> FloatArray:
     """Chi-square of states ``(..., 5)`` against the noise-free measurements, shape ``(...)``."""
     with np.errstate(all="ignore"):
         predicted, _ = scenario.linearise(states)

@@ -20,16 +20,19 @@ The proofs are in the book, chapters on Theorems 1 and 3. Four instants a ray su
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from ..cones import DIRECT
+from ..scenario import Scenario
 from .family import TOLERANCE, Family, check_tolerance, verified
 from .leg import straight_leg
 
 ANY, POSITIVE = (-np.inf, np.inf), (0.0, np.inf)
 
 
-def ghosts_of_one_leg(scenario, *, tolerance=TOLERANCE):
+def ghosts_of_one_leg(scenario: Scenario, *, tolerance: float = TOLERANCE) -> list[Family]:
     """All targets with the same noise-free cosines of conical angles, seen from one straight leg.
 
     Parameters
@@ -97,10 +100,7 @@ def _one_ray(leg, path, theorem=1):
     x, y, depth = leg.target
 
     if leg.holds(x, 0 * y, depth):
-
-        def broadside(across_start, across_end, depth):
-            return leg.member((across_start, across_end), 0.0, depth, path)
-
+        broadside = partial(_broadside, leg, path)
         return [family("broadside", "case 1", broadside, across_start=ANY, across_end=ANY, depth=water)]
 
     leg.must_not_pass(path)
@@ -110,13 +110,7 @@ def _one_ray(leg, path, theorem=1):
     reachable = abs(leg.zeta(path, same_depth)) <= leg.tiny  # ... if that is in the water
 
     def radial(ratio):
-        def make(range_start, range_end):
-            ahead = side * np.array([range_start, range_end])
-            if not np.all(ahead):
-                raise ValueError("range_start and range_end must be positive, got 0")
-            return leg.member(ratio * ahead, ahead, same_depth, path)
-
-        return make
+        return partial(_radial, leg, path, same_depth, side, ratio)
 
     ranges = dict(range_start=POSITIVE, range_end=POSITIVE)
     level = reachable and leg.holds(x, y, same_depth)
@@ -139,13 +133,7 @@ def _one_ray(leg, path, theorem=1):
     across_length = np.hypot(x[0], zeta)  # not zero here unless x changes
 
     def parallel_members(ahead):
-        def make(across, depth):
-            beta = np.hypot(across, leg.zeta(path, depth)) / across_length
-            if beta * across_length <= leg.tiny:
-                raise ValueError(f"across = {across} and depth = {depth} put the ghost on the array's line")
-            return leg.member(across, beta * ahead, depth, path)
-
-        return make
+        return partial(_parallel, leg, path, ahead, across_length)
 
     if at_rest or straight_at:
         rest = parallel_members(np.full(2, y[0]))
@@ -161,13 +149,8 @@ def _one_ray(leg, path, theorem=1):
 
     def homothetic(mirror):
         if level:
-            return lambda beta: leg.member(mirror * _positive(beta) * x, beta * y, depth, path)
-
-        def make(depth):
-            beta = _positive(abs(leg.zeta(path, depth) / zeta))
-            return leg.member(mirror * beta * x, beta * y, depth, path)
-
-        return make
+            return partial(_enlarged, leg, path, mirror, x, y, depth=depth)
+        return partial(_homothetic, leg, path, mirror, x, y, zeta)
 
     free = dict(beta=POSITIVE) if level else dict(depth=water)
     return [
@@ -188,16 +171,12 @@ def _two_rays(leg):
         return Family(case, f"conical-angles, Theorem 3, {number}", make, parameters)
 
     def isolated(case, mirror, beta, depth):
-        return family(case, "case 4", lambda: leg.member(mirror * beta * x, beta * y, depth))
+        return family(case, "case 4", partial(leg.member, mirror * beta * x, beta * y, depth))
 
     on_the_bottom, level = leg.holds(x, y, leg.bottom_depth), leg.holds(x, y, leg.array_depth)
     beside = np.full(2, x.mean())
     if leg.holds(beside, y, leg.bottom_depth):
-
-        def on_bottom(across):
-            beta = np.hypot(across, below_array) / np.hypot(beside[0], below_array)
-            return leg.member(across, beta * y, leg.bottom_depth)
-
+        on_bottom = partial(_on_bottom, leg, beside[0], y, below_array)
         return [family("parallel on the bottom", "target on the bottom", on_bottom, across=ANY)]
 
     if leg.holds(0 * x, y, leg.array_depth):
@@ -207,12 +186,7 @@ def _two_rays(leg):
         square = beside[0] ** 2 + (below_array - below) ** 2
 
         def abreast(mirror):
-            def make(depth):
-                d = leg.bottom_depth - depth
-                radicand = d / below * square - (below_array - d) ** 2
-                return leg.member(mirror * np.sqrt(max(radicand, 0.0)), np.sqrt(d / below) * y, depth)
-
-            return make
+            return partial(_abreast, leg, mirror, y, below, below_array, square)
 
         # The radicand is not negative between two roots d- and d+ whose product is dO^2.
         half = below_array + square / (2 * below)
@@ -230,6 +204,47 @@ def _two_rays(leg):
         found.append(isolated("homothetic", 1, beta, other))
         found.append(isolated("mirror-homothetic", -1, beta, other))
     return found
+
+
+# -- members by their parameters: functions of this module, so that families can be pickled ---------
+
+
+def _broadside(leg, path, across_start, across_end, depth):
+    return leg.member((across_start, across_end), 0.0, depth, path)
+
+
+def _radial(leg, path, depth, side, ratio, range_start, range_end):
+    ahead = side * np.array([range_start, range_end])
+    if not np.all(ahead):
+        raise ValueError("range_start and range_end must be positive, got 0")
+    return leg.member(ratio * ahead, ahead, depth, path)
+
+
+def _parallel(leg, path, ahead, across_length, across, depth):
+    beta = np.hypot(across, leg.zeta(path, depth)) / across_length
+    if beta * across_length <= leg.tiny:
+        raise ValueError(f"across = {across} and depth = {depth} put the ghost on the array's line")
+    return leg.member(across, beta * ahead, depth, path)
+
+
+def _enlarged(leg, path, mirror, x, y, beta, depth):
+    return leg.member(mirror * _positive(beta) * x, beta * y, depth, path)
+
+
+def _homothetic(leg, path, mirror, x, y, zeta, depth):
+    beta = abs(leg.zeta(path, depth) / zeta)
+    return _enlarged(leg, path, mirror, x, y, beta, depth)
+
+
+def _on_bottom(leg, beside, y, below_array, across):
+    beta = np.hypot(across, below_array) / np.hypot(beside, below_array)
+    return leg.member(across, beta * y, leg.bottom_depth)
+
+
+def _abreast(leg, mirror, y, below, below_array, square, depth):
+    d = leg.bottom_depth - depth
+    radicand = d / below * square - (below_array - d) ** 2
+    return leg.member(mirror * np.sqrt(max(radicand, 0.0)), np.sqrt(d / below) * y, depth)
 
 
 def _on_one_line(x, y):

@@ -6,9 +6,13 @@ depth, and a side at either end. A grid of them has the target's own values in i
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..cosine_starts import longest_sensor, motions_through
+from ..scenario import Scenario
+from ..types import FloatArray
 from ..uniform import propagate
 
 RANGES = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 16.0)  # times the target's own, at either end
@@ -16,11 +20,12 @@ DEPTHS = (-0.3, -0.03, 0.03, 0.3)  # below the array, times the range or the dep
 IN_WATER = (0.5, 0.9)  # of the depth of the water
 
 
-def grid_of_starts(scenario):
+def grid_of_starts(scenario: Scenario) -> FloatArray:
     """States with the cosines of the first and the last instant: ranges, sides and depths, ``(S, 5)``."""
     sensor = longest_sensor(scenario).sensor
-    ends, model = sensor.times[[0, -1]], sensor.model
-    target, platform = scenario.target, scenario.platform_of(sensor)
+    ends, platform = sensor.times[[0, -1]], scenario.platform_of(sensor)
+    model: Any = sensor.model
+    target: Any = scenario.target
     slope, offset = model.path.image(model.bottom_depth)
     own = slope * target.depth + offset - model.array_depth
     gap = target.position_at(ends) - platform.position_at(ends)

@@ -24,13 +24,14 @@ from functools import partial
 
 import numpy as np
 
-from .family import ROUNDING, TOLERANCE, check_tolerance, verified
+from ..scenario import Scenario
+from .family import ROUNDING, TOLERANCE, Family, check_tolerance, verified
 from .turn import cross, turn_of
 
 ANY, POSITIVE = (-np.inf, np.inf), (0.0, np.inf)
 
 
-def ghosts_of_two_legs(scenario, *, tolerance=TOLERANCE):
+def ghosts_of_two_legs(scenario: Scenario, *, tolerance: float = TOLERANCE) -> list[Family]:
     """All targets with the same noise-free cosines of conical angles, seen along one ray from two legs.
 
     Parameters
@@ -100,7 +101,7 @@ def _families(turn):
     both = 2 * turn.speed * bisector / (bisector @ bisector)  # its components along e_1 and e_2 are v
     if special := turn.if_holds(p=over, V_T=both):
         make, water = partial(special.member, over, both), (0.0, turn.model.bottom_depth)
-        return [turn.family("broadside in both legs", lambda depth: make(depth), depth=water)]
+        return [turn.family("broadside in both legs", make, depth=water)]
     if special := turn.if_holds(p=over, depth=flat):
         return _collision(special)
     if special := turn.if_holds(p=over):
@@ -145,15 +146,16 @@ def _overhead(turn):
 
 def _constant_cosine(turn, along):
     """zeta = 0: all targets on the line through the array along ``V_2 - V_1``, and in motion along it."""
-
-    def make(range, share):
-        p, velocity = range * along, turn.V[0] + share * turn.chord
-        ahead = [along @ end for end in turn.ends(p, velocity)]
-        if min(ahead) <= 0 or (range == 0 and not turn.overhead):
-            raise ValueError(f"range = {range} and share = {share} let the ghost pass through the array")
-        return turn.member(p, velocity, turn.depth)
-
+    make = partial(_along_chord, turn, along)
     return turn.family("constant cosine in both legs", make, range=POSITIVE, share=ANY)
+
+
+def _along_chord(turn, along, range, share):
+    p, velocity = range * along, turn.V[0] + share * turn.chord
+    ahead = [along @ end for end in turn.ends(p, velocity)]
+    if min(ahead) <= 0 or (range == 0 and not turn.overhead):
+        raise ValueError(f"range = {range} and share = {share} let the ghost pass through the array")
+    return turn.member(p, velocity, turn.depth)
 
 
 def _collision(turn):
@@ -205,26 +207,29 @@ def _u_turn(turn):
         if ahead and min(p @ end for end in ahead.ends(p, ahead.V_T)) >= 0:
             return _endfire(ahead)
     radius = np.hypot(beside @ turn.p, turn.zeta)
+    return [turn.family("parallel course", partial(_rotated, turn, radius), angle=(-np.pi, np.pi))]
 
-    def rotated(angle):
-        p = (axis @ turn.p) * axis + radius * np.cos(angle) * beside
-        return turn.member(p, turn.V_T, turn.depth_at(radius * np.sin(angle)))
 
-    return [turn.family("parallel course", rotated, angle=(-np.pi, np.pi))]
+def _rotated(turn, radius, angle):
+    axis, beside = turn.e[0], turn.n[0]
+    p = (axis @ turn.p) * axis + radius * np.cos(angle) * beside
+    return turn.member(p, turn.V_T, turn.depth_at(radius * np.sin(angle)))
 
 
 def _endfire(turn):
     """After a U-turn, on the array's line: all that are ahead, or astern, on the same legs."""
     axis = turn.e[0]
     own = [axis @ (turn.p + end) for end in turn.ends(turn.p, turn.V_T)]  # its sign: ahead or astern
-
-    def make(ahead, speed):
-        new = [axis @ end for end in turn.ends(ahead * axis, speed * axis)]
-        same = all(side * ahead >= 0 < side * end for side, end in zip(own, new, strict=True))
-        if not same or (ahead == 0 and not turn.overhead):
-            raise ValueError(f"ahead = {ahead} and speed = {speed} let the ghost pass through the array")
-        return turn.member(ahead * axis, speed * axis, turn.depth)
-
+    make = partial(_on_the_line, turn, own)
     if own[0] * own[1] < 0:  # from ahead to astern, or back, at the turn
         return [turn.family("endfire", partial(make, 0.0), speed=ANY)]
     return [turn.family("endfire", make, ahead=ANY, speed=ANY)]
+
+
+def _on_the_line(turn, own, ahead, speed):
+    axis = turn.e[0]
+    new = [axis @ end for end in turn.ends(ahead * axis, speed * axis)]
+    same = all(side * ahead >= 0 < side * end for side, end in zip(own, new, strict=True))
+    if not same or (ahead == 0 and not turn.overhead):
+        raise ValueError(f"ahead = {ahead} and speed = {speed} let the ghost pass through the array")
+    return turn.member(ahead * axis, speed * axis, turn.depth)

@@ -8,7 +8,14 @@ target; not to find one does not prove that there are two.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
 import numpy as np
+
+from ..types import BoolArray, FloatArray, IntArray
+
+OfStates: TypeAlias = Callable[[FloatArray], FloatArray]
 
 UNSEEN = 0.01  # a chi-square that nobody notices
 NEIGHBOURS = 6
@@ -16,13 +23,13 @@ BLOCK = 100
 SHARES = np.linspace(0, 1, 12)[1:-1, None]
 
 
-def in_blocks(function, *arrays):
+def in_blocks(function: Callable[..., Any], *arrays: FloatArray) -> Any:
     """``function`` of the arrays' rows, some at a time, so that the gradients of all fit into memory."""
     blocks = [tuple(a[i : i + BLOCK] for a in arrays) for i in range(0, max(len(arrays[0]), 1), BLOCK)]
     return np.concatenate([function(*block) for block in blocks])
 
 
-def straight(chi_square, here, there):
+def straight(chi_square: OfStates, here: FloatArray, there: FloatArray) -> BoolArray:
     """Whether the straight ways from states to states, ``(S, 5)`` each, have no barrier; shape ``(S,)``."""
 
     def compare(here, there):
@@ -32,7 +39,7 @@ def straight(chi_square, here, there):
     return in_blocks(compare, here, there)
 
 
-def bent(chi_square, relax, here, there):
+def bent(chi_square: OfStates, relax: OfStates, here: FloatArray, there: FloatArray) -> bool:
     """Whether a way of straight pieces leads from one state to another, ``(5,)`` each, without a barrier."""
     nodes = np.concatenate([[here], relax(here + SHARES * (there - here)), [there]])
     limit = max(chi_square(nodes[[0, -1]])) + UNSEEN
@@ -42,7 +49,7 @@ def bent(chi_square, relax, here, there):
     )
 
 
-def thinned(chi_square, unit, states, fixed):
+def thinned(chi_square: OfStates, unit: OfStates, states: FloatArray, fixed: BoolArray) -> IntArray:
     """Indices of states, ``(S, 5)``: the first of those that straight ways between neighbours connect.
 
     All that are ``fixed``, ``(S,)``, are kept.
@@ -63,7 +70,9 @@ def thinned(chi_square, unit, states, fixed):
     return np.union1d(np.unique(group, return_index=True)[1], np.flatnonzero(fixed))
 
 
-def distinct(chi_square, relax, states, valley, known):
+def distinct(
+    chi_square: OfStates, relax: OfStates, states: FloatArray, valley: BoolArray, known: int
+) -> list[int]:
     """Indices of states, ``(S, 5)``, to which no way leads from a state before them.
 
     The first ``known`` are kept anyway. Only ways from or to a ``valley``, ``(S,)``, may be bent.

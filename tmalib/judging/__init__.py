@@ -4,10 +4,12 @@ Nothing here knows a particular paper. `tools/build.py` shows in which order the
 """
 
 # ruff: noqa: F401  these are the names for notebooks and papers
+from . import simulated
 from .chapter import numbers, show, stored_runs
 from .paper import Paper, Printed, read_paper, read_papers
 from .phrases import Phrase, judge_phrases, phrases_of
 from .statements import AMENDED, FALSE, HOLDS, OPEN, Marks, Statement, judge_statements
+from .vector import EXPERIMENTS
 from .verdict import (
     ALPHA,
     CORRECTED,
@@ -23,11 +25,9 @@ from .verdict import (
     Verdicts,
     judge,
     judge_rows,
-    of_statistics,
+    of_runs,
     same_digits,
     share_interval,
     share_word,
-    sidak_limit,
     within,
-    z_score,
 )

@@ -3,26 +3,32 @@
 Runs are computed once, and used by every chapter that needs them. An entry of the store is a file named by a
 hash of the task, its arguments, the stream, the seed, the number of runs, the versions of Python and NumPy,
 and all code that the task uses (`tmalib.judging.code`): a stale one is never found. Writing is atomic, and
-two chapters that want the same runs at the same time make them once.
+two chapters that want the same runs at the same time make them once. Until all are there, the finished chunks
+are in a folder of the same name: a chapter that was interrupted goes on with them.
 """
+
+from __future__ import annotations
 
 import fcntl
 import os
 import platform
-from collections.abc import Mapping
+import shutil
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ..montecarlo import SEED, Runs, Source, Stream, monte_carlo, task_name
+from ..chunks import write_whole
+from ..montecarlo import SEED, Runs, Source, Stream, exact_task_name, monte_carlo, task_name
 from .code import code_of_modules, hash_of
 
 SOURCES = "tmalib_sources"  # in the metadata of an output: what made the figure
 
 
-def numbers(prefix, **values):
+def numbers(prefix: str, **values: Any) -> Any:
     """Make numbers known to the sentences of the book, which show them by the role ``glue:text``.
 
     A number is PREFIX-NAME, where ``_`` becomes ``-``. Several under one name: a dict gives PREFIX-NAME-KEY,
@@ -49,7 +55,7 @@ def _flat(key, value):
         yield key, int(number) if number.is_integer() else number
 
 
-def show(*made_from):
+def show(*made_from: Runs | Stream) -> None:
     """Show the figure of a cell, and say from which `Runs` or `Stream` the random numbers in it are."""
     import matplotlib.pyplot as plt
     from IPython.display import display
@@ -59,7 +65,9 @@ def show(*made_from):
     plt.close("all")
 
 
-def stored_runs(task, runs, stream, *, seed=SEED):
+def stored_runs(
+    task: Callable[..., Mapping[str, Any]], runs: int, stream: Stream | str, *, seed: int = SEED
+) -> Runs:
     """`tmalib.monte_carlo`, from the store if the same code has made these runs before.
 
     The store is the folder that the environment names in ``TMALIB_RUNS``, as the Makefile does; without it
@@ -74,9 +82,9 @@ def stored_runs(task, runs, stream, *, seed=SEED):
     with open(path.with_suffix(".lock"), "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # given back when the process ends, however it ends
         if not path.is_file():
-            temporary = path.with_suffix(".tmp.npz")
-            np.savez(temporary, **monte_carlo(task, runs, stream, seed=seed))
-            temporary.replace(path)
+            chunks = path.with_suffix("")  # of runs that were interrupted before
+            write_whole(path, monte_carlo(task, runs, stream, seed=seed, keep=chunks))
+            shutil.rmtree(chunks)
         with np.load(path, allow_pickle=False) as stored:
             return Runs(stored, source)
 
@@ -85,4 +93,6 @@ def _name_of(task, stream, source):
     function = task.func if isinstance(task, partial) else task
     if not (files := code_of_modules(function.__module__)):
         raise ValueError(f"only a task of a module of this project can be stored, got {source.task}")
-    return hash_of(files, repr(source), repr(stream), platform.python_version(), np.__version__)
+    return hash_of(
+        files, exact_task_name(task), repr(source), repr(stream), platform.python_version(), np.__version__
+    )

@@ -15,7 +15,7 @@ from . import drawings
 from .chapters import notebooks_in, read
 from .collect import origins_in
 
-COLUMNS = ("row", "column", "printed", "ours", "se", "z", "verdict")
+COLUMNS = ("row", "column", "printed", "ours", "se", "probability", "together", "verdict")
 OF_STATEMENTS = ("row", "printed", "verdict", "basis", "steps", "rests_on", "erratum", "notebook", "cell")
 
 
@@ -24,10 +24,16 @@ def write_figures(executed, claims, papers, pyproject, folder):
     folder = Path(folder)
     shutil.rmtree(folder, ignore_errors=True)
     figures.save_figure(drawings.draw_house(pyproject), folder / "house/fig-house")
-    figures.save_figure(drawings.draw_deviations(claims, papers), folder / "verdicts/fig-verdicts-z")
-    write_csv(folder / "verdicts/fig-verdicts-z.csv", ("name", "value"), drawings.counts(claims).items())
+    figures.save_figure(
+        drawings.draw_probabilities(claims, papers), folder / "verdicts/fig-verdicts-probability"
+    )
+    write_csv(
+        folder / "verdicts/fig-verdicts-probability.csv", ("name", "value"), drawings.counts(claims).items()
+    )
     index = [(f"house/fig-house.{kind}", "pyproject.toml", "", "") for kind in ("svg", "pdf")]
-    index += [(f"verdicts/fig-verdicts-z.{k}", "all judged tables", "", "") for k in ("svg", "pdf", "csv")]
+    index += [
+        (f"verdicts/fig-verdicts-probability.{k}", "all judged tables", "", "") for k in ("svg", "pdf", "csv")
+    ]
     for name, path in notebooks_in(executed).items():
         notebook = read(path)
         for origin in origins_in(name, notebook):

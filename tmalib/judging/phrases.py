@@ -7,11 +7,16 @@ said, and the code that measures never decides.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from .verdict import Ours, judge, within
+from ..montecarlo import Runs, Stream
+from .paper import Paper
+from .verdict import Ours, Verdicts, judge, within
 
 CHOSEN = {  # where a limit comes from
     "paper": "limit from the paper's words",
@@ -32,29 +37,29 @@ class Phrase:
     where: str = ""
     erratum: str = ""  # on which the measure rests
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.chosen not in CHOSEN:
             raise ValueError(f"chosen must be one of {list(CHOSEN)}, got {self.chosen!r}")
         if self.at_least is None and self.at_most is None:
             raise ValueError(f"a phrase needs at_least, at_most or both: {self.measure!r} has none")
 
-    def holds(self, value):
+    def holds(self, value: ArrayLike) -> Any:
         """Whether it holds, for one value or an array of them; a value that is NaN does not."""
         return within(value, self.at_least, self.at_most)
 
-    def margin(self, value):
+    def margin(self, value: Any) -> Any:
         """How many times better than the limit a value is; below one it does not hold."""
         value = np.asarray(value, dtype=float)
         with np.errstate(divide="ignore"):
             return value / self.at_least if self.at_most is None else self.at_most / np.abs(value)
 
-    def decided(self, value, error, times=3.0):
+    def decided(self, value: float, error: float, times: float = 3.0) -> bool:
         """Whether a value is so many standard errors away from each limit, on whichever side."""
         limits = [limit for limit in (self.at_least, self.at_most) if limit is not None]
         return all(abs(value - limit) >= times * error for limit in limits)
 
 
-def phrases_of(paper, table):
+def phrases_of(paper: Paper, table: str) -> dict[str, Phrase]:
     """The phrases of a table of a `Paper`: a dict from row to `Phrase`.
 
     `ValueError` for a table without phrases, or whose rows are not those of kind text in the ledger.
@@ -68,7 +73,9 @@ def phrases_of(paper, table):
     return found
 
 
-def judge_phrases(paper, table, ours, *, made_from=()):
+def judge_phrases(
+    paper: Paper, table: str, ours: Mapping[str, Ours | float], *, made_from: Iterable[Runs | Stream] = ()
+) -> Verdicts:
     """Judge all phrases of a table of the ledger.
 
     Parameters
@@ -93,7 +100,8 @@ def judge_phrases(paper, table, ours, *, made_from=()):
         raise ValueError(f"ours must be of the rows {list(phrases)}, got {list(ours)}")
     judged = {}
     for row, phrase in phrases.items():
-        found = ours[row] if isinstance(ours[row], Ours) else Ours(float(ours[row]))
+        given = ours[row]
+        found = given if isinstance(given, Ours) else Ours(float(given))
         measure = f"{phrase.measure} ({phrase.where})" if phrase.where else phrase.measure
         judged[row, "claim"] = replace(
             found,

@@ -5,14 +5,18 @@ in the text beside it, what is measured, what contradicts the printed form, what
 claims a computation takes the boolean that the cell has computed: no statement claims more than its cell.
 """
 
+from __future__ import annotations
+
 import textwrap
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from ..checks import set_fields
-from ..montecarlo import Source
-from .paper import Printed
+from ..montecarlo import Runs, Source, Stream
+from .paper import Paper, Printed
 from .verdict import Claim, Verdicts
 
 HOLDS = "holds"
@@ -36,13 +40,13 @@ class Marks:
     ``erratum`` the first three speak of the corrected form. ``rests_on`` names other statements of the paper.
     """
 
-    proved: dict = field(default_factory=dict)
-    by_hand: tuple = ()
-    measured: dict = field(default_factory=dict)
-    refuted: dict = field(default_factory=dict)
-    left_open: tuple = ()
+    proved: Mapping[str, bool] = field(default_factory=dict)
+    by_hand: Sequence[str] = ()
+    measured: Mapping[str, bool] = field(default_factory=dict)
+    refuted: Mapping[str, bool] = field(default_factory=dict)
+    left_open: Sequence[str] = ()
     erratum: str = ""
-    rests_on: tuple = ()
+    rests_on: Sequence[str] = ()
     note: str = ""
 
 
@@ -50,28 +54,28 @@ class Marks:
 class Statement(Printed):
     """A judged statement, as it is written into a notebook's output and as it is read from there."""
 
-    proved: tuple
-    by_hand: tuple
-    measured: tuple
-    refuted: tuple
-    left_open: tuple
-    rests_on: tuple
+    proved: tuple[str, ...]
+    by_hand: tuple[str, ...]
+    measured: tuple[str, ...]
+    refuted: tuple[str, ...]
+    left_open: tuple[str, ...]
+    rests_on: tuple[str, ...]
     verdict: str
     erratum: str
     note: str
-    sources: tuple = ()
+    sources: tuple[Source, ...] = ()
     notebook: str = ""
     cell: int = -1
 
     z = probability = None  # there is no test of significance
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         names = ("proved", "by_hand", "measured", "refuted", "left_open", "rests_on")
         sources = (source if isinstance(source, Source) else Source(**source) for source in self.sources)
         set_fields(self, sources=tuple(sources), **{name: tuple(getattr(self, name)) for name in names})
 
     @property
-    def basis(self):
+    def basis(self) -> str:
         """On what the verdict rests, one of `BASES`: the weakest of its steps decides."""
         if self.verdict in (FALSE, OPEN):
             return self.verdict
@@ -80,18 +84,20 @@ class Statement(Printed):
         return BY_HAND if self.by_hand else MEASURED
 
     @property
-    def steps(self):
+    def steps(self) -> tuple[str, ...]:
         """The marks in words, a line a kind."""
         kinds = {"proved": self.proved, "by hand": self.by_hand, "measured": self.measured}
         kinds |= {"against the printed form": self.refuted, "open": self.left_open}
         return tuple(f"{kind}: {'; '.join(names)}" for kind, names in kinds.items() if names)
 
-    def __str__(self):
+    def __str__(self) -> str:
         lines = (f"{self.row}: {self.verdict}", *self.steps)
         return "\n  ".join(textwrap.fill(line, 76, subsequent_indent="    ") for line in lines)
 
 
-def judge_statements(paper, marks, *, made_from=()):
+def judge_statements(
+    paper: Paper, marks: Mapping[Any, Marks], *, made_from: Iterable[Runs | Stream] = ()
+) -> Verdicts:
     """`Verdicts` on statements of a `Paper`; ``marks`` maps names of statements to `Marks`.
 
     ``made_from`` are the `Runs` or streams behind what is measured. `ValueError` for a statement that the
@@ -135,7 +141,7 @@ def _word(row, marks):
     return AMENDED if marks.erratum else HOLDS
 
 
-def read_claim(row):
+def read_claim(row: Mapping[str, Any]) -> Statement | Claim:
     """The `Statement` or `Claim` that ``row``, a dict, holds."""
     return (Statement if row["kind"] == "statement" else Claim)(**row)
 

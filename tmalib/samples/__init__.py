@@ -12,7 +12,7 @@ import numpy as np
 from ..motion import Target
 
 
-def sample(name):
+def sample(name: str) -> Path:
     """Path of a file of the sample data.
 
     Examples
@@ -31,6 +31,6 @@ def sample(name):
     return folder / name
 
 
-def true_target():
+def true_target() -> Target:
     """The target of the sample data; times are seconds since the first fix of the ship."""
     return Target((4200.0, 5600.0), speed=6.0, heading=np.radians(265))

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..checks import check_array, check_scalar
+from ..types import FloatArray
 from ..uniform import propagate
 
 NORMS = ("sum", "squares", "largest")
 
 
-def nearest_motion(times, positions, reference_time=0.0, norm="sum"):
+def nearest_motion(
+    times: ArrayLike, positions: ArrayLike, reference_time: float = 0.0, norm: str = "sum"
+) -> FloatArray:
     """State of the constant velocity motion nearest to a trajectory.
 
     With the distances ``d_k = |X_k - X_theta(t_k)|`` it minimises

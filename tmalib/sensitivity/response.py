@@ -21,10 +21,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..bounds import crlb, whitened_jacobian
-from ..checks import as_numbers, check_is, check_scalar
+from ..checks import as_numbers, check_array, check_is, check_scalar
+from ..losses import influence_and_slope
 from ..scenario import Scenario
+from ..types import FloatArray
 from ..uniform import transition
 
 
@@ -40,10 +43,10 @@ class Response:
         ``A``: shift of the state for a displacement of one metre along ``U_k``.
     """
 
-    direction: np.ndarray
-    gain: np.ndarray
+    direction: FloatArray
+    gain: FloatArray
 
-    def along(self, displacement):
+    def along(self, displacement: ArrayLike) -> FloatArray:
         """``v_k = <H_k, U_k>`` of displacements ``(..., N, 2)``, shape ``(..., N)``, in metres."""
         displacement = as_numbers("displacement", displacement)
         if displacement.shape[-2:] != self.direction.shape:
@@ -51,19 +54,19 @@ class Response:
             raise ValueError(f"displacement must have shape (..., {wanted}), got {displacement.shape}")
         return np.vecdot(displacement, self.direction)
 
-    def displacement(self, along):
+    def displacement(self, along: ArrayLike) -> FloatArray:
         """The shortest displacement ``(..., N, 2)`` with given ``v_k``, shape ``(..., N)``."""
         return as_numbers("along", along)[..., None] * self.direction
 
 
-def position_places(scenario):
+def position_places(scenario: Scenario) -> list[int]:
     """Places of x and y in the state; `ValueError` where it has none."""
     if not {"x", "y"} <= set(scenario.coordinates):
         raise ValueError(f"a displacement needs a state with x and y, got {scenario.coordinates}")
     return [scenario.coordinates.index(name) for name in ("x", "y")]
 
 
-def check_one_state(scenario, state):
+def check_one_state(scenario: Scenario, state: ArrayLike | None) -> FloatArray:
     """The state about which to linearise: one, not a batch."""
     check_is("scenario", scenario, Scenario)
     state = scenario.check_state(scenario.state if state is None else state)
@@ -72,7 +75,7 @@ def check_one_state(scenario, state):
     return state
 
 
-def response(scenario, state=None):
+def response(scenario: Scenario, state: ArrayLike | None = None) -> Response:
     """The `Response` of the batch estimate about a motion of the model.
 
     Parameters
@@ -100,7 +103,7 @@ def response(scenario, state=None):
     return Response(position / length[:, None], crlb(scenario, state) @ jacobian.T * length)
 
 
-def differential(scenario, displacement, state=None):
+def differential(scenario: Scenario, displacement: ArrayLike, state: ArrayLike | None = None) -> FloatArray:
     """First-order shift of the batch estimate for a displacement of the target.
 
     Parameters
@@ -123,12 +126,16 @@ def differential(scenario, displacement, state=None):
     return map_.along(displacement) @ map_.gain.T
 
 
-def displaced_measurements(scenario, displacement, state=None):
+def displaced_measurements(
+    scenario: Scenario, displacement: ArrayLike, state: ArrayLike | None = None
+) -> FloatArray:
     """Noise-free measurements of ``X_theta + H``, shape ``(..., N)``; exact, not a development."""
     return displaced(scenario, displacement, check_one_state(scenario, state))[0]
 
 
-def displaced(scenario, displacement, state):
+def displaced(
+    scenario: Scenario, displacement: ArrayLike, state: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Measurements of ``X_theta + H`` and their gradient ``p_k`` there, ``(..., N)`` and ``(..., N, 2)``."""
     displacement = as_numbers("displacement", displacement)
     count = len(scenario.times)
@@ -146,13 +153,13 @@ def displaced(scenario, displacement, state):
     return np.concatenate(values, axis=-1), np.concatenate(gradients, axis=-2)
 
 
-def position_criterion(scenario, time):
+def position_criterion(scenario: Scenario, time: float) -> FloatArray:
     """The criterion "position at a time": the matrix ``C``, shape ``(2, n)``, in metres."""
     elapsed = check_scalar("time", time) - check_is("scenario", scenario, Scenario).reference_time
     return transition(elapsed, scenario.coordinates)[position_places(scenario)]
 
 
-def check_criterion(scenario, criterion):
+def check_criterion(scenario: Scenario, criterion: ArrayLike | None) -> FloatArray:
     """``C`` as a float matrix ``(m, n)``; the identity, the paper's parameter norm, for None."""
     n = len(check_is("scenario", scenario, Scenario).coordinates)
     criterion = np.eye(n) if criterion is None else as_numbers("criterion", criterion)
@@ -175,12 +182,12 @@ class Modes:
         Rows: the shifts ``D_i = C A f_i``; orthogonal, of length ``sqrt(mu_i)``.
     """
 
-    mu: np.ndarray
-    f: np.ndarray
-    d: np.ndarray
+    mu: FloatArray
+    f: FloatArray
+    d: FloatArray
 
 
-def modes(scenario, state=None, criterion=None):
+def modes(scenario: Scenario, state: ArrayLike | None = None, criterion: ArrayLike | None = None) -> Modes:
     """The displacements to which a criterion of the batch estimate responds, and how much.
 
     Parameters
@@ -203,13 +210,19 @@ def modes(scenario, state=None, criterion=None):
     return modes_of(check_criterion(scenario, criterion) @ response(scenario, state).gain)
 
 
-def modes_of(gain):
+def modes_of(gain: FloatArray) -> Modes:
     """`Modes` of a criterion's gain ``C A``, shape ``(m, N)``."""
     left, singular, right = np.linalg.svd(gain, full_matrices=False)
     return Modes(singular**2, right, (left * singular).T)
 
 
-def sandwich_covariance(scenario, measured, state, step=1e-4):
+def sandwich_covariance(
+    scenario: Scenario,
+    measured: ArrayLike,
+    state: ArrayLike,
+    step: float = 1e-4,
+    spread: ArrayLike | None = None,
+) -> FloatArray:
     """Covariance of the batch estimate when the model may be wrong.
 
     With ``J`` half the Hessian of the criterion, second derivatives of the model included, and the Fisher
@@ -217,7 +230,10 @@ def sandwich_covariance(scenario, measured, state, step=1e-4):
 
         cov = J^-1 F J^-1,   J = F - sum_k (measured_k - m_k) m_k'' / sigma_k^2,
 
-    which is ``F^-1``, the Cramér-Rao bound, when the residuals vanish.
+    which is ``F^-1``, the Cramér-Rao bound, when the residuals vanish. For the robust criterion of
+    `tmalib.losses`, with standardised residuals ``e_k`` and the standard deviations ``s_k`` of ``psi(e_k)``::
+
+        cov = J^-1 (sum_k s_k^2 g_k g_k') J^-1,   J = - sum_k d/dX psi(e_k) g_k,   g_k = m_k' / sigma_k.
 
     Parameters
     ----------
@@ -228,6 +244,8 @@ def sandwich_covariance(scenario, measured, state, step=1e-4):
         The estimate from them, ``theta_bar(X)``.
     step : float
         Step of the central differences of the gradient, in standard deviations of the state.
+    spread : array_like, shape (N,), optional
+        The ``s_k``: makes it the covariance of a robust estimate. `Fit.sandwich` takes those of each sensor.
 
     Returns
     -------
@@ -241,13 +259,18 @@ def sandwich_covariance(scenario, measured, state, step=1e-4):
     state = check_one_state(scenario, state)
     measured = scenario.check_measurements(measured)
     bound = crlb(scenario, state)
-    step = check_scalar("step", step, above=0.0) * np.sqrt(np.diagonal(bound))
-    around = state + np.concatenate([np.diag(step), -np.diag(step)])
+    steps = check_scalar("step", step, above=0.0) * np.sqrt(np.diagonal(bound))
+    around = state + np.concatenate([np.diag(steps), -np.diag(steps)])
     value, gradient = scenario.linearise(around)
     weighted = scenario.residual(measured, value) / scenario.sigma**2
+    jacobian = whitened_jacobian(scenario, state)
+    if spread is not None:
+        spread = check_array("spread", spread, scenario.times.shape)
+        weighted = influence_and_slope(weighted * scenario.sigma)[0] / scenario.sigma
+        jacobian = jacobian * spread[:, None]
     slope = np.einsum("sk,skn->sn", weighted, gradient)  # minus half the gradient of the criterion
     n = len(state)
-    hessian = -(slope[:n] - slope[n:]) / (2 * step[:, None])
+    hessian = -(slope[:n] - slope[n:]) / (2 * steps[:, None])
     hessian = (hessian + hessian.T) / 2
-    root = np.linalg.solve(hessian, whitened_jacobian(scenario, state).T)
+    root = np.linalg.solve(hessian, jacobian.T)
     return root @ root.T

@@ -21,15 +21,20 @@ component of the criterion's shift is positive.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..checks import check_count, check_scalar
+from ..scenario import Scenario
+from ..types import FloatArray
 from .response import check_criterion, check_one_state, displaced, modes_of, position_places, response
 
 ASCENTS = 100
 NEWTON_STEPS = 20
 
 
-def worst_energy(scenario, bound, state=None, criterion=None):
+def worst_energy(
+    scenario: Scenario, bound: float, state: ArrayLike | None = None, criterion: ArrayLike | None = None
+) -> FloatArray:
     """The strongest mode, scaled so that its largest displacement is ``bound``.
 
     Parameters
@@ -58,7 +63,9 @@ def worst_energy(scenario, bound, state=None, criterion=None):
     return map_.displacement(along)
 
 
-def worst_sup(scenario, bound, state=None, criterion=None):
+def worst_sup(
+    scenario: Scenario, bound: float, state: ArrayLike | None = None, criterion: ArrayLike | None = None
+) -> FloatArray:
     """The worst displacement with ``|H_k| <= bound``: plus or minus ``bound`` along every ``U_k``.
 
     For a criterion of one or two rows it is the global maximum; for more rows the best of the local maxima
@@ -99,7 +106,16 @@ def _ascent(gain, directions):
     return corners[np.argmax(length)]
 
 
-def worst_flyable(scenario, bound, acceleration, state=None, criterion=None, *, directions=4, sides=12):
+def worst_flyable(
+    scenario: Scenario,
+    bound: float,
+    acceleration: float,
+    state: ArrayLike | None = None,
+    criterion: ArrayLike | None = None,
+    *,
+    directions: int = 4,
+    sides: int = 12,
+) -> FloatArray:
     """The worst displacement with ``|H| <= bound`` and ``|H''| <= acceleration``.
 
     Parameters
@@ -138,7 +154,7 @@ def worst_flyable(scenario, bound, acceleration, state=None, criterion=None, *, 
     left = np.linalg.svd(gain, full_matrices=False)[0][:, :2]
     angle = np.pi * np.arange(directions) / directions
     starts = left @ np.stack([np.cos(angle), np.sin(angle)])[: left.shape[1]]
-    best, longest = None, -1.0
+    best, longest = np.zeros_like(map_.direction), -1.0
     for w in starts.T:
         length = -1.0
         while True:
@@ -146,7 +162,7 @@ def worst_flyable(scenario, bound, acceleration, state=None, criterion=None, *, 
             shift = gain @ map_.along(found)
             if np.linalg.norm(shift) <= length * (1 + 1e-6):
                 break
-            length, w = np.linalg.norm(shift), shift / np.linalg.norm(shift)
+            length, w = float(np.linalg.norm(shift)), shift / np.linalg.norm(shift)
         if length > longest:
             best, longest = found * np.sign(shift[np.argmax(np.abs(shift))]), length
     return best
@@ -186,7 +202,7 @@ def _flyable_programme(times, bound, acceleration, sides):
     return solve
 
 
-def stealth(scenario, other, state=None):
+def stealth(scenario: Scenario, other: ArrayLike, state: ArrayLike | None = None) -> FloatArray:
     """The displacement that gives the target the measurements of another motion of the model.
 
     Parameters
@@ -222,7 +238,14 @@ def stealth(scenario, other, state=None):
     return found
 
 
-def worst_stealth(scenario, bound, state=None, criterion=None, *, directions=32):
+def worst_stealth(
+    scenario: Scenario,
+    bound: float,
+    state: ArrayLike | None = None,
+    criterion: ArrayLike | None = None,
+    *,
+    directions: int = 32,
+) -> tuple[FloatArray, FloatArray]:
     """The other motion that shifts the criterion most among those a displacement of ``bound`` can imitate.
 
     To first order the displacement for ``theta + s`` is ``v_k = <g_k, s> / |p_k|``; for each direction of the
@@ -251,7 +274,7 @@ def worst_stealth(scenario, bound, state=None, criterion=None, *, directions=32)
     rows = rows * scale
     left = np.linalg.svd(criterion * scale, full_matrices=False)[0][:, :2]
     angle = np.pi * np.arange(directions) / directions
-    best, longest = None, -1.0
+    best, longest = np.zeros_like(state), -1.0
     for w in (left @ np.stack([np.cos(angle), np.sin(angle)])[: left.shape[1]]).T:
         cost = -(w @ criterion) * scale
         found = linprog(
@@ -261,7 +284,7 @@ def worst_stealth(scenario, bound, state=None, criterion=None, *, directions=32)
             raise ValueError(f"the linear programme was not solved: {found.message}")
         shift = found.x * scale * bound
         if np.linalg.norm(criterion @ shift) > longest:
-            best, longest = _signed(shift, criterion @ shift), np.linalg.norm(criterion @ shift)
+            best, longest = _signed(shift, criterion @ shift), float(np.linalg.norm(criterion @ shift))
 
     def excess(factor):
         return np.hypot(*stealth(scenario, state + factor * best, state).T).max() - bound

@@ -1,22 +1,27 @@
 """The book's Sphinx extension; it reads what the build has collected, and types nothing.
 
 `tables` shows the ledger, `score` counts it, `graph` draws what its statements rest on, `errata` lists the
-errata, `roles` writes it into sentences, `provenance` gives a chapter the outputs of its execution and a list
-of where they come from.
+errata, `concordance` leads from the papers to the book and back, `roles` writes the ledger into sentences,
+`names` and `terms` link the library's names and the field's words, `provenance` gives a chapter the outputs
+of its execution and a list of where they come from.
 """
 
-from . import errata, graph, provenance, roles, score, tables
+from . import concordance, errata, graph, names, provenance, roles, score, tables, terms
 
 
 def setup(app):
     """Add all directives, roles and events."""
-    for find in (roles.printed, roles.ours, roles.verdict, roles.count, roles.deviation):
+    for find in (roles.printed, roles.ours, roles.verdict, roles.count, roles.tested, roles.version):
         app.add_role(find.__name__, roles.LedgerRole(find))
     app.add_directive("judged-table", tables.JudgedTable)
     app.add_directive("ledger-table", tables.LedgerTable)
     app.add_directive("score", score.Score)
     app.add_directive("statement-graph", graph.StatementGraph)
+    app.add_directive("concordance", concordance.Concordance)
     app.add_directive("errata-table", errata.ErrataTable)
     app.connect("source-read", provenance.take_outputs)
     app.connect("doctree-read", provenance.add_provenance)
+    app.connect("doctree-read", concordance.add_box)
+    app.connect("doctree-read", names.link_names)
+    app.connect("doctree-resolved", terms.link_terms)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

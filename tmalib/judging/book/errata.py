@@ -24,7 +24,7 @@ class ErrataTable(LedgerDirective):
         head = nodes.paragraph("", "", ledger.link(self.env, name, name))
         evidence = self.inline(short["evidence"])
         for notebook, cell in cells:
-            chapter = notebook.rpartition("/")[2].removesuffix(".ipynb")
+            chapter = notebook.rpartition("/")[2].removesuffix(".ipynb").replace("_", " ")
             label = ledger.cell_label(notebook, cell)
             evidence += [nodes.Text("; "), ledger.link(self.env, label, f"{chapter}, cell {cell}")]
         texts = [[self.inline(short[field])] for field in ("where", "printed", "corrected")]

@@ -34,6 +34,11 @@ def label_of(paper, table):
     return "judged-" + nodes.make_id(f"{paper} {table}")
 
 
+def row_id(claim):
+    """Where a row stands on the page of verdicts, so that it can be cited."""
+    return "row-" + nodes.make_id(" ".join(claim.key))
+
+
 def cell_label(notebook, cell):
     """Label of a code cell of a chapter; ``notebook`` is relative to the folder of notebooks."""
     return f"{nodes.make_id('notebooks/' + notebook.removesuffix('.ipynb'))}-cell-{cell}"

@@ -1,8 +1,9 @@
 """Outputs of a chapter come from its execution; a folded list at its end says what they were made from.
 
-Folded code is titled by what it draws: the start of the figure's caption.
+Folded code is titled by what it draws: the start of the figure's caption. A chapter's imports are folded.
 """
 
+import json
 import re
 from pathlib import Path
 
@@ -23,7 +24,21 @@ def executed(app, docname):
 def take_outputs(app, docname, source):
     """A chapter is read as it was executed, so that the book executes nothing."""
     if path := executed(app, docname):
-        source[0] = path.read_text(encoding="utf-8")
+        chapter = json.loads(path.read_text(encoding="utf-8"))
+        fold_imports(chapter["cells"])
+        source[0] = json.dumps(chapter)
+
+
+def fold_imports(cells):
+    """Fold the first cell of code, if it begins with imports and nothing else is said of it."""
+    first = next((cell for cell in cells if cell["cell_type"] == "code"), None)
+    if (
+        first
+        and "".join(first["source"]).startswith(("from ", "import "))
+        and not first["metadata"].get("tags")
+    ):
+        first["metadata"]["tags"] = ["hide-input"]
+        first["metadata"]["mystnb"] = dict.fromkeys(("code_prompt_show", "code_prompt_hide"), "Code: imports")
 
 
 def add_provenance(app, doctree):

@@ -5,8 +5,11 @@
 {verdict}`paper; table; row; column`    the verdict on one number
 {verdict}`words <paper; table>`         the words, which must be the verdict on every number meant
 {count}`paper; table`                   how many numbers; `paper; table; verdict`: with this verdict
-{deviation}`name`                       a number of the figure of all deviations, or `name; .1f`
+{tested}`name`                          a number of the figure of all probabilities, or `name; .1f`
+{version}`package`                      the version of an installed package
 """
+
+from importlib.metadata import version as version_of
 
 from docutils import nodes
 from sphinx.util.docutils import SphinxRole
@@ -58,6 +61,10 @@ def count(env, text):
     return f"{sum(claim.verdict == last for claim in claims_under(env, tuple(key)))} {last}"
 
 
-def deviation(env, text):
+def tested(env, text):
     name, *form = parse_key(text, 1)
     return format(float(counts(claims_under(env))[name]), form[0] if form else ".0f")
+
+
+def version(env, text):
+    return version_of(text)

@@ -16,7 +16,16 @@ from ..paper import GROUPS, read_papers
 from ..verdict import SYMBOLS
 from . import ledger
 
-NUMBERS = ["table", "quantity", "printed", "ours", "standard error", "z", "detectable deviation", "verdict"]
+NUMBERS = [
+    "table",
+    "quantity",
+    "printed",
+    "ours",
+    "standard error",
+    "probability",
+    "detectable shifts",
+    "verdict",
+]
 
 
 class LedgerDirective(SphinxDirective):
@@ -43,6 +52,11 @@ class LedgerDirective(SphinxDirective):
         table = nodes.table("", nodes.title(caption, "", *words), group, classes=kinds)
         self.set_source_info(table)
         return table
+
+
+def body_of(table):
+    """The rows of a table below its head."""
+    return next(table.findall(nodes.tbody)).children
 
 
 def make_entry(cell):
@@ -90,10 +104,14 @@ def number_rows(paper, found):
 
 
 def legend(found):
-    """The symbols that occur, in words, and what stands in a cell."""
+    """The symbols that occur, in words, what stands in a cell, and how probable the table is as a whole."""
     count = Counter(claim.verdict for claim in found)
     words = ", ".join(f"{SYMBOLS[v]} {v} ({n})" for v, n in count.items())
     text = f"In a cell, from top to bottom: printed, ours, verdict. {words}."
+    if len(random := [claim for claim in found if claim.together is not None]) > 1:
+        together, level = random[0].together, random[0].level_together
+        text += f" The {len(random)} Monte-Carlo numbers together have a probability of {together:.2g}; "
+        text += f"a table is questioned at {level:.2g} or less, and at {random[0].level:.2g} in one cell."
     return nodes.paragraph(text, text, classes=["legend"])
 
 
@@ -114,14 +132,18 @@ class LedgerTable(LedgerDirective):
         row = self.words if in_words else self.numbers
         caption = f"The {group} of the paper and their verdicts, in the paper's order."
         kinds = ["ledger-table", "in-words"] if in_words else ["ledger-table"]
-        return [self.make_table(caption, head, [row(paper, claim) for claim in chosen], kinds)]
+        table = self.make_table(caption, head, [row(paper, claim) for claim in chosen], kinds)
+        for line, claim in zip(body_of(table), chosen, strict=True):
+            line["ids"].append(ledger.row_id(claim))
+        return [table]
 
     def numbers(self, paper, c):
         """The cells of a number."""
         where = ledger.link(self.env, ledger.label_of(c.paper, c.table), paper.tables[c.table])
         quantity = filter(None, (paper.rows[c.row], paper.columns[c.column], ledger.in_brackets(c.unit)))
         printed, ours, _ = ledger.written(c)
-        tested = [digits(c.se, 2), "" if c.z is None else f"{c.z:.2f}", digits(c.detectable, 3)]
+        found = "" if c.probability is None else f"{c.probability:.4f}"
+        tested = [digits(c.se, 2), found, shifts(c.detectable)]
         texts = [" ".join(quantity), printed, ours, *tested]
         notes = [nodes.paragraph("", c.note, classes=["note"])] if c.note else []
         return [[nodes.paragraph("", "", where)], *texts, [self.verdict(c), *notes]]
@@ -150,3 +172,9 @@ class LedgerTable(LedgerDirective):
 def digits(value, number):
     """So many significant digits, without an exponent where that can be: 6360, not 6.36e+03."""
     return f"{float(f'{value:.{number}g}'):g}" if value else ""
+
+
+def shifts(detectable):
+    """The shifts down and up of a claim."""
+    signs = zip("−+", detectable, strict=False)
+    return " / ".join(sign + digits(shift, 2) if shift else "none" for sign, shift in signs)

@@ -14,6 +14,7 @@ from . import scenarios as emw
 from .paper import PAPER
 
 STREAM = PAPER.stream("emw/6")
+SEED = 2016  # of the search
 SEARCHED = 4000  # chunks of the stream: two million runs, about four minutes on one core
 FOUND = (  # chunk and row of all runs in them that `search` finds beyond `FAR`
     (89, 476), (236, 84), (430, 199), (714, 177), (880, 282), (1086, 449), (1532, 350), (1725, 42),
@@ -26,13 +27,20 @@ as_used = partial(experiments.filter_alone, number=6, gradient="correct", first_
 
 def search(chunks):
     """Chunk and row of every run whose error in x is beyond `FAR`, in chunks of the stream."""
-    found = ((chunk, as_used(STREAM.chunk(chunk), CHUNK)["ekf"]) for chunk in chunks)
+    found = ((chunk, as_used(STREAM.chunk(chunk, SEED), CHUNK)["ekf"]) for chunk in chunks)
     return tuple((chunk, int(row)) for chunk, e in found for row in np.flatnonzero(np.abs(e[:, 0]) > FAR))
+
+
+def rare_runs():
+    """The runs of `FOUND`, both estimators, as `tables.RareRuns`."""
+    made = [(experiments.both_estimators(STREAM.chunk(chunk, SEED), CHUNK, 6), row) for chunk, row in FOUND]
+    mle, ekf = (np.array([found[name][row] for found, row in made]) for name in ("mle", "ekf"))
+    return tables.RareRuns(mle, ekf, SEARCHED * CHUNK, FAR)
 
 
 def errors_again(where):
     """Errors ``(k, 4)`` of the runs with these chunks and rows."""
-    return np.array([as_used(STREAM.chunk(chunk), CHUNK)["ekf"][row] for chunk, row in where])
+    return np.array([as_used(STREAM.chunk(chunk, SEED), CHUNK)["ekf"][row] for chunk, row in where])
 
 
 @dataclass(frozen=True)
@@ -51,7 +59,7 @@ class EarlyEstimates:
 def after(time, where):
     """The `EarlyEstimates` of the runs with these chunks and rows at a time."""
     now = emw.scenario(6)
-    angles = np.array([now.simulate(CHUNK, STREAM.chunk(chunk))[row] for chunk, row in where])
+    angles = np.array([now.simulate(CHUNK, STREAM.chunk(chunk, SEED))[row] for chunk, row in where])
     track = ekf(now, angles, emw.prior(emw.start(now, angles, 6)), record=[time])
     place, covariance = track.state[:, 0, :2], track.covariance[:, 0, :2, :2]
     here, there = now.platform.position_at(time), now.target.position_at(time)

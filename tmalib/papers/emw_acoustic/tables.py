@@ -2,23 +2,64 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...bounds import crlb_sigma
-from ...judging import CORRECTED, INCONCLUSIVE, NOT_REPRODUCED, REPRODUCED, Ours, judge, of_statistics
-from ...montecarlo import CHUNK, statistics
+from ...judging import CORRECTED, INCONCLUSIVE, NOT_REPRODUCED, REPRODUCED, Ours, judge, of_runs
 from . import scenarios as emw
 from .paper import PAPER
 
 PRINTED_RUNS = 500  # runs behind every Monte-Carlo number of the tables
 TABLES = {1: "Table I", 2: "Table II", 3: "Table III", 4: "Table IV", 5: "Table V", 6: "Table VI"}
 ROWS = ("xT", "yT", "vxT", "vyT")
-HEAVY = 10.0  # kurtosis above which a few runs decide a standard deviation
 
 
-def judge_scenario(number, results, notes=None):
+@dataclass(frozen=True, eq=False)
+class RareRuns:
+    """Runs of a rare kind, looked for among ``searched`` runs: errors ``mle`` and ``ekf``, ``(k, 4)``.
+
+    Of this kind is a run whose error of the EKF in x is larger than ``beyond``, in metres.
+    """
+
+    mle: np.ndarray
+    ekf: np.ndarray
+    searched: int
+    beyond: float
+
+    def among(self, results):
+        """Errors of both estimators in ``results`` and in these runs, and the probability of each run.
+
+        A run of the kind in ``results`` makes room for these, which say better how often it is.
+        """
+        usual = np.abs(results["ekf"][:, 0]) <= self.beyond
+        share = len(self.ekf) / self.searched
+        numbers = [usual.sum(), len(self.ekf)]
+        weights = np.repeat([(1 - share) / usual.sum(), 1 / self.searched], numbers)
+        pairs = ((results[name][usual], getattr(self, name)) for name in ("mle", "ekf"))
+        return *map(np.concatenate, pairs), weights
+
+
+def ours_of_scenario(number, results, rare=None):
+    """Our values for all rows of the scenario's table: ``(row, column)`` to `Ours`.
+
+    ``results`` and ``rare`` as in `judge_scenario`.
+    """
+    now = emw.scenario(number)
+    bound, botma = crlb_sigma(now), crlb_sigma(emw.botma_scenario(now))
+    mle, ekf, weights = (results["mle"], results["ekf"], None) if rare is None else rare.among(results)
+    ours = {}
+    for i, row in enumerate(ROWS):
+        ours[row, "true"] = Ours(now.state[i])
+        ours |= unsigned_bias_and_std(row, i, mle, "mle", "emw-1", weights)
+        ours |= unsigned_bias_and_std(row, i, ekf, "ekf", filter_errata(number), weights)
+        ours[row, "std_crlb"] = Ours(bound[i], erratum="emw-1")
+        ours[row, "std_crlb_botma"] = Ours(botma[i], erratum="emw-1, emw-4")
+    return ours
+
+
+def judge_scenario(number, results, notes=None, *, rare=None):
     """Judge all rows of the scenario's table.
 
     Parameters
@@ -28,20 +69,14 @@ def judge_scenario(number, results, notes=None):
         Of `experiments.both_estimators`: errors ``mle`` and ``ekf``.
     notes : dict, optional
         ``(row, column)`` to a remark that goes with the verdict: what was tried, for instance.
+    rare : RareRuns, optional
+        Runs of a kind that ``results`` have none of.
 
     Returns
     -------
     Verdicts
     """
-    now = emw.scenario(number)
-    bound, botma = crlb_sigma(now), crlb_sigma(emw.botma_scenario(now))
-    ours = {}
-    for i, row in enumerate(ROWS):
-        ours[row, "true"] = Ours(now.state[i])
-        ours |= unsigned_bias_and_std(row, i, results["mle"], "mle", "emw-1")
-        ours |= unsigned_bias_and_std(row, i, results["ekf"], "ekf", filter_errata(number))
-        ours[row, "std_crlb"] = Ours(bound[i], erratum="emw-1")
-        ours[row, "std_crlb_botma"] = Ours(botma[i], erratum="emw-1, emw-4")
+    ours = ours_of_scenario(number, results, rare)
     for key, note in (notes or {}).items():
         ours[key] = replace(ours[key], note="; ".join(filter(None, [ours[key].note, note])))
     return judge(PAPER, TABLES[number], ours, made_from=[results])
@@ -83,21 +118,27 @@ def shortcomings(number, table, results):
     return found
 
 
+def ours_of_filter(errors):
+    """Our values for the eight EKF numbers of a table, from errors ``(runs, 4)``: keys to `Ours`."""
+    ours = {}
+    for i, row in enumerate(ROWS):
+        ours |= unsigned_bias_and_std(row, i, errors, "ekf")
+    return ours
+
+
 def judge_filter(number, errors, made_from=()):
     """Judge the eight EKF numbers of a table alone, for a variant of the filter.
 
     ``errors`` is ``(runs, 4)``, and ``made_from`` as in `judge`. For comparing variants: the chapter's own
     claims come from `judge_scenario`.
     """
-    ours = {}
-    for i, row in enumerate(ROWS):
-        ours |= unsigned_bias_and_std(row, i, errors, "ekf")
-    return judge(PAPER, TABLES[number], ours, made_from=made_from)
+    return judge(PAPER, TABLES[number], ours_of_filter(errors), made_from=made_from)
 
 
-def largest_agreeing_z(table):
-    """Largest deviation, in standard errors, of the Monte-Carlo rows of `Verdicts` that are not rejected."""
-    return max(claim.z for claim in table if claim.z is not None and claim.verdict != NOT_REPRODUCED)
+def least_probability(table):
+    """The least probability of a Monte-Carlo row of `Verdicts` that is not questioned, nor at the limit."""
+    found = table.found
+    return float(found.probability[~(found.questioned | found.at_limit)].min())
 
 
 def printed_rows(number, column):
@@ -123,20 +164,13 @@ def filter_errata(number):
     return ", ".join(["emw-1", *radar_only, "emw-3", *first_range])
 
 
-def unsigned_bias_and_std(row, i, errors, estimator, erratum=""):
-    """Bias and standard deviation of component ``i`` as `Ours`, against 500 printed runs.
+def unsigned_bias_and_std(row, i, errors, estimator, erratum="", weights=None):
+    """Bias and standard deviation of component ``i`` as `Ours`; the paper prints biases without a sign.
 
-    The paper prints biases without a sign, so ours is compared by its magnitude. Where a few stray runs
-    decide a standard deviation, the note says what experiments of 500 of our own runs give.
+    ``weights`` of the runs as in `judging.vector.draw_tables`.
     """
-    found = statistics(errors)
-    bias, std = of_statistics(found, i, PRINTED_RUNS)
-    note = ""
-    if found.kurtosis[i] > HEAVY and len(errors) >= CHUNK:
-        experiments = errors[: len(errors) // CHUNK * CHUNK, i].reshape(-1, CHUNK)
-        low, high = np.quantile(experiments.std(axis=1, ddof=1), [0.05, 0.95])
-        note = f"stray runs: 90 % of our own experiments of {CHUNK} runs give {low:.3g} to {high:.3g}"
+    common = dict(erratum=erratum, weights=weights)
     return {
-        (row, f"bias_{estimator}"): replace(bias, value=abs(bias.value), erratum=erratum),
-        (row, f"std_{estimator}"): replace(std, erratum=erratum, note=note),
+        (row, f"bias_{estimator}"): of_runs(errors[:, i], "magnitude", **common),
+        (row, f"std_{estimator}"): of_runs(errors[:, i], "std", **common),
     }

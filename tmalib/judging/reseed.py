@@ -1,0 +1,56 @@
+"""The verdicts under other seeds: chapters executed again, and what changes.
+
+The environment variable ``TMALIB_SEED`` takes the place of the seed of every stream (`tmalib.montecarlo`). A
+closing assertion may then fail, because a sentence is about the runs of the book; a chapter is executed to
+its end all the same.
+"""
+
+import csv
+import os
+from pathlib import Path
+
+from .chapters import read, write
+from .collect import claims_in
+
+COLUMNS = ("seed", "on", "chapters", "verdicts", "changed", "which")
+
+
+def random_chapters(claims):
+    """Names of the notebooks whose claims rest on random numbers, in order."""
+    return sorted({claim.notebook for claim in claims if claim.sources})
+
+
+def claims_with_seed(path, name, seed, executed):
+    """The claims of a notebook with another seed; the executed notebook goes to the file ``executed``."""
+    from nbclient import NotebookClient  # imported here: only this needs it
+
+    notebook = read(path)
+    os.environ["TMALIB_SEED"] = str(seed)  # for the kernel
+    try:
+        NotebookClient(notebook, timeout=1800, allow_errors=True).execute()
+    finally:
+        del os.environ["TMALIB_SEED"]
+    write(notebook, Path(executed))
+    return claims_in(name, notebook)
+
+
+def changes(before, after):
+    """In words, claims whose verdict is another, or that are missing."""
+    found, words = {claim.key: claim for claim in after}, []
+    for old in before:
+        new = found.get(old.key)
+        if new is None or new.verdict != old.verdict:
+            now = "missing" if new is None else new.verdict
+            words.append(f"{' '.join(old.key[1:])}: {old.verdict}, here {now}")
+    return words
+
+
+def add_seed(path, row):
+    """Write a row of `COLUMNS` into a CSV file; one with the same seed makes room for it."""
+    path, kept = Path(path), []
+    if path.is_file():
+        with path.open(newline="", encoding="utf-8") as file:
+            kept = [old for old in list(csv.reader(file))[1:] if old[0] != str(row[0])]
+    rows = sorted([*kept, list(map(str, row))], key=lambda row: int(row[0]))
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows([COLUMNS, *rows])
