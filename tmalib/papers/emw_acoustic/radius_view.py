@@ -81,7 +81,7 @@ def _map(radii):
     of_radius = tuple(course_line(emw.course_as_computed(1, radius=radius)) for radius in radii)
     printed = fixed(*course_line(emw.course_as_printed(1)))
     curves = (
-        Curve("as printed", "dashed", colour("platform as printed"), printed),
+        Curve("as printed", "dashed", colour("printed"), printed),
         Curve("with this radius", "line", colour("platform"), Frames((0,), of_radius)),
     )
     alt = "Map of the observer's course in scenario 1 with this radius, and as printed."
