@@ -7,7 +7,8 @@ measured angles from a third of a degree on, a dot; a tenth, a line, is extrapol
 """
 
 import re
-from itertools import combinations
+import xml.etree.ElementTree as ET
+from itertools import combinations, product
 from pathlib import Path
 
 import numpy as np
@@ -112,3 +113,55 @@ def test_sizes_are_those_that_were_asked_for(tmp_path):
     width, sizes = sizes_of_text((tmp_path / "one.svg").read_text())
     assert width == pytest.approx(5)
     assert sorted({round(size, 6) for size in sizes}) == [6.5, 10, 13]
+
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def lines_of(axes):
+    """Colour, width, dashes and outline of the mark of every line drawn in the axes of an SVG figure."""
+    for line in axes.findall(f"{SVG}g"):
+        drawn = line.find(f"{SVG}path")
+        if not line.get("id", "").startswith("line2d") or drawn is None:
+            continue
+        style = dict(part.split(": ") for part in drawn.get("style").split("; "))
+        mark = line.find(f"{SVG}defs/{SVG}path")
+        outline = (
+            "" if mark is None else re.sub(r"-?[\d.]+", lambda found: f"{float(found[0]):.1f}", mark.get("d"))
+        )
+        width = float(style.get("stroke-width", 1))
+        yield style["stroke"].upper(), width, style.get("stroke-dasharray", "solid"), outline
+
+
+def mistaken(svg):
+    """Pairs of lines in the same axes that differ by the colours of `ALIKE` alone; widths differ by two."""
+    alike = {frozenset(map(figures.colour, pair)) for pair in figures.ALIKE}
+    for axes in ET.fromstring(svg).iter(f"{SVG}g"):
+        if axes.get("id", "").startswith("axes_"):
+            for one, two in product(list(lines_of(axes)), repeat=2):
+                if (
+                    frozenset((one[0], two[0])) in alike
+                    and one[1] <= two[1] < 2 * one[1]
+                    and one[2:] == two[2:]
+                ):
+                    yield one, two
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_lines_of_colours_that_are_alike_differ_otherwise(path):
+    assert list(mistaken(path.read_text(encoding="utf-8"))) == []
+
+
+@pytest.mark.parametrize(
+    ("look", "found"),
+    [({}, True), ({"linestyle": "--"}, False), ({"marker": "s"}, False), ({"linewidth": 0.7}, False)],
+)
+def test_a_line_that_differs_by_colour_alone_is_found(tmp_path, look, found):
+    with figures.plt.rc_context():
+        figures.use_style()
+        figure, ax = figures.plt.subplots()
+        ax.plot([0, 1], [0, 1], color=figures.colour("mle"))
+        ax.plot([0, 1], [1, 0], color=figures.colour("ekf"), **look)
+        ax.plot([0, 1], [2, 0], color=figures.colour("target"))
+        figures.save_figure(figure, tmp_path / "one")
+    assert bool(list(mistaken((tmp_path / "one.svg").read_text()))) == found

@@ -19,7 +19,8 @@ from .seen import is_hardly_known
 from .summary import at_reference, describe, frame_of, summarise
 from .uniform import POSITION, is_uniform, propagate
 
-SENSOR_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F")
+SENSOR_COLOURS = ("#009E73", "#E69F00", "#56B4E9", "#CC79A7", "#5F5F5F")
+SENSOR_MARKS = "o^sDv"
 WILD, EDGE = 4.0, 6.0  # standard deviations: a residual beyond is marked; the widest axis of residuals
 LINES = 24  # most bearing lines on a map
 
@@ -31,7 +32,7 @@ def situation(fit: Fit, frame: Any = None) -> Figure:
     time and its position at the reference time with the ellipse of 90 per cent, or with the likelihood region
     where the range is known to no better than a third. A run that has not converged has no target there, only
     the region of what the measurements allow. At the right are the residuals in standard deviations with
-    lines at two, a colour a sensor; those beyond four are ringed, or at the edge if they are beyond six.
+    lines at two, a colour and a mark a sensor; those beyond four are ringed, at the edge if beyond six.
 
     Parameters
     ----------
@@ -54,13 +55,13 @@ def situation(fit: Fit, frame: Any = None) -> Figure:
         raise ValueError(f"a situation is of one run, and these are {fit.state.shape[:-1]}; fit one")
     frame = frame_of(fit.scenario, frame)
     with plt.style.context(["default", STYLE]):
-        figure, (left, right) = plt.subplots(1, 2, figsize=(10.5, 4.9), width_ratios=(1.25, 1))
+        figure, (left, right) = plt.subplots(1, 2, figsize=(8.6, 4.6), width_ratios=(1.15, 1))
         _draw_map(left, fit, frame)
         _draw_residuals(right, fit, frame)
         entries = dict(zip(*reversed(left.get_legend_handles_labels()), strict=True))
         entries |= dict(zip(*reversed(right.get_legend_handles_labels()), strict=True))
         figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=4, fontsize=9)
-        figure.suptitle(_finding(fit, frame), x=0.01, ha="left", fontsize=11)
+        figure.suptitle(_finding(fit, frame), x=0.01, ha="left", fontsize=10)
     return figure
 
 
@@ -183,7 +184,8 @@ def _draw_residuals(ax, fit, frame):
     for k, block in enumerate(fit.scenario.blocks):
         own, time = residuals[block.columns], block.sensor.times / unit
         label = _plain(block.sensor.name)
-        ax.plot(time, np.clip(own, -EDGE, EDGE), "o", color=_sensor_colour(k), markersize=3.2, label=label)
+        mark = SENSOR_MARKS[k % len(SENSOR_MARKS)]
+        ax.plot(time, np.clip(own, -EDGE, EDGE), mark, color=_sensor_colour(k), markersize=3.6, label=label)
     if wild.any():
         place = fit.scenario.times[wild] / unit, np.clip(residuals[wild], -EDGE, EDGE)
         label = f"more than {WILD:g} standard deviations"
@@ -196,4 +198,4 @@ def _draw_residuals(ax, fit, frame):
     if frame is not None and frame.epoch is not None:
         ax.set_xlabel(f"Time ({name}) since {frame.epoch:%Y-%m-%d %H:%M:%S} UTC")
     goodness = [row.text for row in summarise(fit) if row.name == "criterion"]
-    ax.set_title("Residuals: criterion " + goodness[0] if goodness else "Residuals", fontsize=9, loc="left")
+    ax.set_title("Residuals:\ncriterion " + goodness[0] if goodness else "Residuals", fontsize=9, loc="left")

@@ -64,7 +64,7 @@ def rays_and_images(ax, paths, array_depth, target_depth, bottom, distance):
         depth = array_depth + image_depth(path, target_depth, array_depth, bottom) * x / distance
         ax.plot(x / 1e3, folded(depth, bottom), style, color=colour, label=name)
         if not path.is_direct:
-            ax.plot(x / 1e3, depth, ":", color=colour, linewidth=1)
+            ax.plot(x / 1e3, depth, style, color=colour, linewidth=0.7)
             ax.plot(distance / 1e3, depth[-1], "o", markerfacecolor="none", color=colour)
     _ends_of_rays(ax, array_depth, target_depth, distance)
     ax.set(ylim=(16200, -250), xlabel="Horizontal distance (km)", ylabel="Depth (m)")
@@ -155,6 +155,7 @@ def _along_the_axis(ax, scenario, markersize):
     ax.plot(0, scenes.ARRAY_DEPTH, "s", color=figures.colour("platform"))
     ax.axhspan(-120, 0, color=WATER)
     ax.set(xlim=(-1600, 1600), ylim=(1500, -120), xlabel="Across the axis (m)", aspect="equal")
+    ax.set_xticks([-1000, 0, 1000])
 
 
 def circles_around_the_axis(ax, scenario, circles):

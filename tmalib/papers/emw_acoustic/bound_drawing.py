@@ -193,13 +193,13 @@ def prior_sweeps(velocity, position):
             fill = "full" if number % 2 else "none"
             axes[(number - 1) % 2, column].plot(x, error, looks[number], label=f"scenario {number}", **line)
             axes[2, column].plot(x, 100 * diverged, looks[number], fillstyle=fill, **line)
-    for row, (first, name) in enumerate(((axes[0], "long range"), (axes[1], "short range"))):
+    for first, name in ((axes[0], "long range"), (axes[1], "short range")):
         for ax in first:
             ax.axhline(1, color=figures.colour("ellipse"), linewidth=1, linestyle=":")
             ax.set_yscale("log")
         first[0].set_yticks([1, 2, 5, 10], ["1", "2", "5", "10"])
         first[0].set_ylabel(f"Worst error / bound,\n{name}")
-        first[row].legend(loc="upper right" if row == 0 else "center right", fontsize=9)
+        first[0].legend(loc="upper right", fontsize=9)
     axes[2, 0].set_ylabel("Diverged (%)")
     axes[2, 0].set_xticks([0.5, 1, 2, 5, 10], ["0.5", "1", "2", "5", "10"])
     axes[2, 1].set_xticks([1, 2, 5, 10], ["1", "2", "5", "10"])

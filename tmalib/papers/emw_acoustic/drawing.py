@@ -62,17 +62,26 @@ def _box(paths, margin=0.08):
 def histograms(number, errors):
     """Histograms of the `line_of_sight.errors` at the three instants, with the bound's Gaussian.
 
-    The axes reach from the smallest to the largest error, so that every run is in a bin; the scale of the
+    The axes hold at least 98 % of the errors, and those outside are counted at the edge; the scale of the
     density is that of its square root, so that a spike leaves the bound visible.
     """
     figure, axes = plt.subplots(1, 3, figsize=(7.2, 3.1), sharey=True)
     for k, (ax, time) in enumerate(zip(axes, emw.instants(number), strict=True)):
         every = np.concatenate([errors[name][:, k] for name in ESTIMATORS])
-        bins = np.arange(min(np.floor(every.min()), -4), max(np.ceil(every.max()), 4) + 0.25, 0.25)
+        low, high = np.quantile(every, [0.01, 0.99])
+        bins = np.arange(min(np.floor(low), -4), max(np.ceil(high), 4) + 0.25, 0.25)
         for name, fill, alpha in (("ekf", True, 0.55), ("mle", False, 1.0)):
             density = np.histogram(errors[name][:, k], bins)[0] / (0.25 * len(errors[name]))
             look = dict(fill=fill, alpha=alpha, linewidth=1.6, color=figures.colour(name), label=name.upper())
             ax.stairs(density, bins, **look)
+        for side, at, outside in (
+            ("left", 0.02, {name: np.sum(errors[name][:, k] < bins[0]) for name in ESTIMATORS}),
+            ("right", 0.98, {name: np.sum(errors[name][:, k] > bins[-1]) for name in ESTIMATORS}),
+        ):
+            beyond = [f"{name.upper()}: {runs}" for name, runs in outside.items() if runs]
+            if beyond:
+                text = "\n".join(["◂ beyond" if side == "left" else "beyond ▸", *beyond])
+                ax.annotate(text, (at, 0.97), xycoords="axes fraction", ha=side, va="top", fontsize=8)
         fine = np.linspace(-4, 4, 161)
         ax.plot(fine, np.exp(-(fine**2) / 2) / np.sqrt(2 * np.pi), color="black", linewidth=1, label="bound")
         ax.set_xlabel(f"Error at {time:.0f} s (σ)")

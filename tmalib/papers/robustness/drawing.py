@@ -70,7 +70,7 @@ def with_kalman(found, over_time):
     for name in "ab":
         courses(axes[name], found)
         cross = {"color": figures.colour("ekf"), "markersize": 11, "markeredgewidth": 2.5, "zorder": 5}
-        figures.path(axes[name], state, "ekf", "Kalman filter", linewidth=1.1)
+        figures.path(axes[name], state, "ekf", "Kalman filter", linewidth=0.8)
         axes[name].plot(*state[-1] / 1e3, "x", **cross)
     _limits(axes["a"], [positions for positions, *_ in _tracks(found).values()] + [state[10:]], step=5)
     _limits(axes["b"], [ends], margin=1.4, step=1)
