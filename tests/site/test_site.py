@@ -82,7 +82,7 @@ def results_of(page):
 
 @pytest.mark.parametrize("name", LEDGERS)
 def test_the_ledger_filters_and_sorts(visit, site, name):
-    """From a file, without a server: by table, verdict, words, heading; without script it is a plain table."""
+    """From a file, without a server: by table, verdict and words; without script it is a plain table."""
     page = visit((site / name).as_uri()).page
     shown, controls = results_of(page)
     everything = shown.count()
