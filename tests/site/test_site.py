@@ -1,6 +1,6 @@
 """What a reader meets: mathematics, search, narrow screens, dark mode, no network, accessibility."""
 
-from urllib.parse import urlsplit
+from urllib.parse import quote, urlsplit
 
 import pytest
 from built_site import SITE
@@ -55,25 +55,72 @@ def test_search_finds_a_word(visit, address):
     assert page.locator("#search-results li a").count() > 0
 
 
+@pytest.mark.parametrize(
+    ("words", "place"),
+    [
+        ("Theorem 2", "notebooks/conical_angles/theorem_2.html"),
+        ("Table IV", "notebooks/emw_acoustic/scenario_4.html"),
+        ("Cramer-Rao", "book/appendix/glossary.html"),
+        ("not reproduced", "book/verdicts/conical_angles.html"),
+    ],
+)
+def test_search_finds_what_a_reader_of_the_paper_types(visit, site, words, place):
+    """From a file, without a server; among the first five."""
+    page = visit(f"{(site / 'search.html').as_uri()}?q={quote(words)}").page
+    page.wait_for_selector("#search-results li a")
+    first = page.locator("#search-results li a").evaluate_all("all => all.slice(0, 5).map(a => a.href)")
+    assert any(place in link for link in first), first
+
+
+def results_of(page):
+    """The rows shown of the table of results on a page of verdicts, and its controls."""
+    tables = page.locator("table.ledger-table")
+    kinds = tables.evaluate_all("all => all.map(table => table.className)")
+    number = next(k for k, kind in enumerate(kinds) if "in-words" not in kind)
+    return tables.nth(number).locator("tbody tr:visible"), page.locator(f"#ledger-{number}")
+
+
 @pytest.mark.parametrize("name", LEDGERS)
 def test_the_ledger_filters_and_sorts(visit, site, name):
-    """From a file, without a server: by verdict, by words, by heading; without script it is a plain table."""
+    """From a file, without a server: by table, verdict and words; without script it is a plain table."""
     page = visit((site / name).as_uri()).page
-    shown = page.locator("table.ledger-table tbody tr:visible")
+    shown, controls = results_of(page)
     everything = shown.count()
-    assert f"{everything} of {everything} rows" in page.locator(".ledger-controls output").inner_text()
-    page.get_by_label("Verdict", exact=True).select_option(index=2)
-    chosen = page.get_by_label("Verdict", exact=True).input_value()
+    assert f"{everything} of {everything} rows" in controls.locator("output").inner_text()
+    chosen = controls.get_by_label("Verdict", exact=True)
+    chosen.select_option(index=1)
     verdicts = shown.locator("td:last-child a:first-child").all_inner_texts()
-    assert 0 < len(verdicts) < everything
-    assert set(verdicts) == {chosen}
-    page.get_by_label("Verdict", exact=True).select_option(index=0)
-    page.get_by_label("Words", exact=True).fill("no such words")
+    assert 0 < len(verdicts) <= everything
+    assert set(verdicts) == {chosen.input_value()}
+    chosen.select_option(index=0)
+    place = controls.get_by_label("Table", exact=True)
+    place.select_option(index=1)
+    assert set(shown.locator("td:first-child").all_inner_texts()) == {place.input_value()}
+    place.select_option(index=0)
+    words = controls.get_by_label("Words", exact=True)
+    words.fill("no such words")
     assert shown.count() == 0
-    page.get_by_label("Words", exact=True).fill("")
+    words.fill("")
     assert shown.count() == everything
-    page.get_by_role("button", name="probability", exact=True).click()
-    assert page.locator('th[aria-sort="descending"]').inner_text().startswith("probability")
+
+
+def test_words_are_whole_and_what_is_chosen_is_in_the_address(visit, site):
+    """«Table 2» is not Table 3 with a 2 in a note; the address brings the choice back."""
+    address = (site / "book/verdicts/conical_angles.html").as_uri()
+    page = visit(address).page
+    shown, controls = results_of(page)
+    controls.get_by_label("Words", exact=True).fill("Table 2")
+    assert set(shown.locator("td:first-child").all_inner_texts()) == {"Table 2"}
+    found = shown.count()
+    again, controls = results_of(visit(page.url).page)
+    assert again.count() == found
+    assert controls.get_by_label("Words", exact=True).input_value() == "Table 2"
+
+
+def test_the_ledger_sorts_by_number(visit, site):
+    page = visit((site / "book/verdicts/emw_acoustic.html").as_uri()).page
+    shown, _ = results_of(page)
+    page.get_by_role("button", name="probability", exact=True).first.click()
     found = [float(text) for text in shown.locator("td:nth-child(6)").all_inner_texts() if text.strip()]
     assert found == sorted(found, reverse=True)
 

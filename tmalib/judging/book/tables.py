@@ -10,6 +10,7 @@ from collections import Counter
 
 from docutils import nodes
 from docutils.parsers.rst import directives
+from sphinx import addnodes
 from sphinx.util.docutils import SphinxDirective
 
 from ..paper import GROUPS, read_papers
@@ -135,7 +136,7 @@ class LedgerTable(LedgerDirective):
         table = self.make_table(caption, head, [row(paper, claim) for claim in chosen], kinds)
         for line, claim in zip(body_of(table), chosen, strict=True):
             line["ids"].append(ledger.row_id(claim))
-        return [table]
+        return [first_of_each(chosen), table]
 
     def numbers(self, paper, c):
         """The cells of a number."""
@@ -167,6 +168,12 @@ class LedgerTable(LedgerDirective):
         for erratum in filter(None, c.erratum.split(", ")):
             found += [nodes.Text(" "), ledger.link(self.env, erratum, erratum)]
         return found
+
+
+def first_of_each(claims):
+    """Entries of the index, where the search finds them: each verdict leads to the first row that has it."""
+    firsts = {claim.verdict: ledger.row_id(claim) for claim in reversed(claims)}
+    return addnodes.index(entries=[("single", word, row, "", None) for word, row in firsts.items()])
 
 
 def digits(value, number):
