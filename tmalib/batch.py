@@ -261,7 +261,8 @@ def _fit_complete(scenario, angles, start, settings):
     if angles.shape[1] < len(scenario.coordinates):
         status[np.isfinite(angles).all(axis=1)] = words.NOT_OBSERVABLE
     converged = status == words.CONVERGED
-    doubtful = np.flatnonzero(~(converged & (volume > FLAT)) & (status != words.NOT_FINITE))
+    far = np.any(brought_near(scenario, state) != state, axis=-1)  # out there a volume is one of rounding
+    doubtful = np.flatnonzero(~(converged & (volume > FLAT) & ~far) & (status != words.NOT_FINITE))
     if len(doubtful):
         end = np.where(converged[doubtful, None], state[doubtful], start[doubtful])
         rank = information_rank(scenario, brought_near(scenario, end))

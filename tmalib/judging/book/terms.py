@@ -26,6 +26,8 @@ def link_terms(app, doctree, docname):
         return
     uri = app.builder.get_relative_uri(docname, GLOSSARY)
     for text in list(doctree.findall(nodes.Text)):
+        if not left:
+            break
         if not isinstance(text.parent, nodes.paragraph) or _boxed(text):
             continue
         words = "|".join(sorted(map(re.escape, left), key=len, reverse=True))
