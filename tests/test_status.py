@@ -132,3 +132,23 @@ def test_a_particle_filter_speaks_them_too(scenario):
     far = run.copy()
     far[20] = np.inf
     assert tma.sir(radar, far, cloud, 0.01, seed=2).status == status.NO_WEIGHT
+
+
+def test_a_run_without_a_covariance_has_no_ellipse_and_says_why():
+    scenario = tma.Scenario(ship(turning=False), [tma.Sensor(tma.Bearing(), TIMES, 0.01)], 600.0)
+    angles = scenario.with_target(tma.Target((3e3, 6e3), 4.0, 1.0)).simulate(1, 1)[0]
+    with pytest.raises(ValueError, match=r"no ellipse: the run has no covariance; Fit\.explain\(\) says why"):
+        tma.fit(scenario, angles).at(900.0).ellipse()
+
+
+def test_a_target_at_infinity_is_not_observable_from_a_straight_ship():
+    """Far out the information is rounding in all directions, and its scaled determinant says nothing."""
+    rng, seen = np.random.default_rng(36), 0
+    for _ in range(150):
+        scenario = tma.Scenario(
+            ship(turning=False), [tma.Sensor(tma.Bearing(), TIMES, 0.01)], 600.0, random_target(rng)
+        )
+        found = tma.fit(scenario, scenario.simulate(20, rng))
+        assert np.all(found.status == status.NOT_OBSERVABLE)
+        seen += np.sum(np.hypot(*found.state[:, :2].T) > 1e6)
+    assert seen > 0

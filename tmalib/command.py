@@ -65,7 +65,8 @@ def _seconds(option, time, frame):
     """Seconds of a time that was given as in the track."""
     plain = time.kind == "number" and (frame.epoch is None or time.seconds < LEAST_UNIX_TIME)
     if plain != (frame.epoch is None):
-        wanted = "plain seconds" if frame.epoch is None else "a date-time or a Unix time"
+        unix = f"a date-time, or a Unix time of {LEAST_UNIX_TIME} s or more"
+        wanted = "plain seconds" if frame.epoch is None else unix
         raise ValueError(f"{option}: the track's times want {wanted}, got a {time.kind}: {time.seconds}")
     return float(time.seconds if plain else time.seconds - unix_seconds(frame.epoch))
 

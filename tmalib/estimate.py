@@ -34,9 +34,11 @@ class Estimate:
     covariance: FloatArray
 
     def ellipse(self, probability: float = 0.9) -> Ellipse:
-        """The confidence `Ellipse` of the position; `ValueError` for more than one run."""
+        """The confidence `Ellipse` of the position; `ValueError` for many runs or without a covariance."""
         if self.state.ndim != 1:
             raise ValueError(f"an ellipse is of one run, and these are {self.state.shape[:-1]}; take one")
+        if not np.isfinite(self.covariance).all():
+            raise ValueError("there is no ellipse: the run has no covariance; Fit.explain() says why")
         places = [self.coordinates.index(name) for name in ("x", "y")]
         return confidence_ellipse(self.state[places], self.covariance[np.ix_(places, places)], probability)
 

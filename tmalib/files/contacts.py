@@ -136,7 +136,11 @@ def _check_times(table, times, platform):
             try:
                 platform.position_at(time)
             except ValueError as error:
-                table.refuse(f"{time:.6f} s cannot be placed on the platform's track: {error}", row, "time")
+                epoch = getattr(getattr(platform, "frame", None), "epoch", None)
+                since = "" if epoch is None else f" after {epoch:%Y-%m-%dT%H:%M:%S}"
+                table.refuse(
+                    f"{time:.6f} s{since} cannot be placed on the platform's track: {error}", row, "time"
+                )
         raise
 
 

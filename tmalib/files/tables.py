@@ -57,7 +57,8 @@ def number_cell(
         if not text and may_be_empty:
             return math.nan
         if not NUMBER.fullmatch(text):
-            hint = "; decimals follow a point" if "," in text else ""
+            empty = "; a cell without a number is left empty" if may_be_empty else ""
+            hint = "; decimals follow a point" if "," in text else empty
             raise ValueError(f"a number is wanted, got {text[:LONGEST_CELL]!r}{hint}")
         value = float(text)
         if not (minimum <= value <= maximum and value > above):
