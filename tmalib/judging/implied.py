@@ -67,4 +67,4 @@ class Check:
 
     def __str__(self):
         word = "holds" if self.holds else "FAILS"
-        return f"{word}  {self.what:60s} {self.implied!s:>24s}   printed {self.printed}"
+        return f"{word}  {self.what}:\n       {self.implied} follows, {self.printed} is printed"
