@@ -113,7 +113,7 @@ def index(env, found):
     """Entries of the index for what has a number."""
     labels = env.get_domain("std").anonlabels
     entries = [
-        ("single", item.name, labels[target][1] if target in labels else "", "", None)
+        ("single", item.name, labels[target][1] if target in labels else "", "main", None)
         for _, item, target in found
         if item.kind in NUMBERED and item.kind != "equation"
     ]

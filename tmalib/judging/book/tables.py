@@ -173,7 +173,7 @@ class LedgerTable(LedgerDirective):
 def first_of_each(claims):
     """Entries of the index, where the search finds them: each verdict leads to the first row that has it."""
     firsts = {claim.verdict: ledger.row_id(claim) for claim in reversed(claims)}
-    return addnodes.index(entries=[("single", word, row, "", None) for word, row in firsts.items()])
+    return addnodes.index(entries=[("single", word, row, "main", None) for word, row in firsts.items()])
 
 
 def digits(value, number):
