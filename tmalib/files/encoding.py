@@ -206,6 +206,8 @@ def _is_a(value, hint):
     if typing.get_origin(hint) in (types.UnionType, typing.Union):
         return any(_is_a(value, part) for part in typing.get_args(hint) if part is not typing.Any)
     hint = typing.get_origin(hint) or hint
+    if hasattr(hint, "__value__"):  # a newer NumPy names its arrays by an alias
+        hint = typing.get_origin(hint.__value__) or hint.__value__
     # One run has numbers of numpy for arrays; where a number stands, there may be one for each measurement.
     numeric = {float: (float, int, np.number, np.ndarray), int: (int, np.integer), bool: (bool, np.bool_),
                np.ndarray: (np.ndarray, np.generic)}  # fmt: skip
