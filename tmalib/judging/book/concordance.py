@@ -7,12 +7,10 @@ concordance; theorems, tables and figures are entries of the index, where the se
 
 from collections import Counter
 from itertools import groupby
-from pathlib import Path
 
 from docutils import nodes
 from sphinx import addnodes
 
-from ..collect import read_claims
 from ..paper import read_papers
 from ..statements import TABLE as STATEMENTS
 from . import ledger
@@ -92,8 +90,7 @@ def add_box(app, doctree):
     env, (folder, _, name) = app.env, app.env.docname.partition("/")
     of_this_folder = [p for p in read_papers().values() if p.folder.name == name.partition("/")[0]]
     for paper in of_this_folder if folder == "notebooks" else ():
-        claims = read_claims(Path(app.srcdir) / "build" / "claims.json")
-        here = [c for c in claims if c.paper == paper.key and c.notebook == f"{name}.ipynb"]
+        here = [c for c in ledger.claims_of(env) if c.paper == paper.key and c.notebook == f"{name}.ipynb"]
         listed = [(section, item) for section in paper.contents.sections for item in section.items]
         found = [(*each, target) for each in listed if (target := target_of(env, each[1], here))]
         if found:

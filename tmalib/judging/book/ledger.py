@@ -14,11 +14,24 @@ ALL_SYMBOLS = SYMBOLS | OF_STATEMENTS
 
 def claims_under(env, key=()):
     """The judged rows whose key starts so, in the order of the ledgers; `ValueError` if there are none."""
-    claims = read_claims(Path(env.srcdir) / "build" / "claims.json")
-    found = [claim for claim in claims if claim.key[: len(key)] == key]
+    found = [claim for claim in claims_of(env) if claim.key[: len(key)] == key]
     if not found:
         raise ValueError(f"nothing is judged under {'; '.join(key)!r}")
     return found
+
+
+def claims_of(env):
+    """All judged rows."""
+    return read_claims(Path(env.srcdir) / "build" / "claims.json")
+
+
+def is_inside(node, kinds):
+    """Whether a node is somewhere within one of these kinds."""
+    while node.parent is not None:
+        node = node.parent
+        if isinstance(node, kinds):
+            return True
+    return False
 
 
 def parse_key(text, parts):

@@ -9,6 +9,8 @@ from sphinx import addnodes
 
 import tmalib
 
+from .ledger import is_inside
+
 NAME = re.compile(r"(tma\.|tmalib\.)?([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)(?:\([^()]*\))?")
 
 
@@ -41,15 +43,8 @@ def link_names(app, doctree):
     if app.env.docname.startswith("book/api"):
         return
     for literal in list(doctree.findall(nodes.literal)):
-        inside = (nodes.reference, addnodes.pending_xref, nodes.title)
         found = full_name(literal.astext())
-        if found and not any(isinstance(parent, inside) for parent in _parents(literal)):
+        if found and not is_inside(literal, (nodes.reference, addnodes.pending_xref, nodes.title)):
             target = dict(refdomain="py", reftype=found[0], reftarget=found[1], refexplicit=True)
             xref = addnodes.pending_xref("", literal.deepcopy(), refdoc=app.env.docname, **target)
             literal.replace_self(xref)
-
-
-def _parents(node):
-    while node.parent is not None:
-        node = node.parent
-        yield node

@@ -5,6 +5,9 @@ import re
 from docutils import nodes
 from sphinx import addnodes
 
+from .ledger import is_inside
+
+BOXES = (nodes.reference, nodes.admonition, nodes.table, nodes.caption, addnodes.pending_xref)
 GLOSSARY = "book/appendix/glossary"
 
 
@@ -28,7 +31,7 @@ def link_terms(app, doctree, docname):
     for text in list(doctree.findall(nodes.Text)):
         if not left:
             break
-        if not isinstance(text.parent, nodes.paragraph) or _boxed(text):
+        if not isinstance(text.parent, nodes.paragraph) or is_inside(text, BOXES):
             continue
         words = "|".join(sorted(map(re.escape, left), key=len, reverse=True))
         match = re.search(rf"(?<![\w-])({words})s?(?![\w-])", text.astext(), re.IGNORECASE)
@@ -38,13 +41,3 @@ def link_terms(app, doctree, docname):
             link["classes"].append("term")
             before, after = text.astext()[: match.start()], text.astext()[match.end() :]
             text.parent.replace(text, [nodes.Text(before), link, nodes.Text(after)])
-
-
-def _boxed(node):
-    """Whether it is within something that is no running text."""
-    boxes = (nodes.reference, nodes.admonition, nodes.table, nodes.caption, addnodes.pending_xref)
-    while node.parent is not None:
-        node = node.parent
-        if isinstance(node, boxes):
-            return True
-    return False
