@@ -35,7 +35,9 @@ def test_one_place_writes_into_frozen_dataclasses():
 
 def test_no_name_of_the_library_has_two_meanings():
     """Public functions and classes below papers and judging, and the modules themselves."""
-    library = {name: tree for name, tree in TREES.items() if not re.search(r"/(papers|judging)/", name)}
+    library = {
+        name: tree for name, tree in TREES.items() if not re.search(r"/(papers|judging|beyond)/", name)
+    }
     names = Counter(
         node.name
         for tree in library.values()
@@ -58,11 +60,22 @@ def test_no_name_of_a_paper_has_two_meanings(paper):
     assert [name for name, count in names.items() if count > 1] == []
 
 
+def test_no_name_beyond_the_papers_has_two_meanings():
+    names = Counter(
+        node.name
+        for name, tree in TREES.items()
+        if "/beyond/" in name
+        for node in tree.body
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_")
+    )
+    assert [name for name, count in names.items() if count > 1] == []
+
+
 def test_the_library_names_no_paper():
     """Its streams, its tables, its folder; a docstring may cite its source."""
     streams = re.compile(r"\"(emw|conical|robustness)/")
     for path in MODULES:
-        if not {"papers", "judging"} & set(path.relative_to(ROOT).parts):
+        if not {"papers", "judging", "beyond"} & set(path.relative_to(ROOT).parts):
             assert not streams.search(path.read_text(encoding="utf-8")), path
     for name, tree in TREES.items():
         if "/judging/" in name:

@@ -103,3 +103,17 @@ def test_streams_come_from_the_manifest(path):
                 if name in ("stored_runs", "monte_carlo"):
                     stream = [*call.args, *(k.value for k in call.keywords if k.arg == "stream")][2:3]
                     assert not isinstance(stream[0], ast.Constant | ast.JoinedStr), "give PAPER.stream(...)"
+
+
+@pytest.mark.parametrize("path", [p for p in NOTEBOOKS if p.parent.name == "beyond"], ids=lambda p: p.stem)
+def test_a_chapter_beyond_the_papers_ends_in_a_finding_that_is_collected(path):
+    cells = nbformat.read(path, 4).cells
+    found = [cell.source for cell in cells if re.search(r"(?m)^## Finding$", cell.source)]
+    assert len(found) == 1
+    assert len(re.sub(r"(?s).*## Finding\n+", "", found[0]).strip().split("\n\n")) <= 2, (
+        "one paragraph, and one that leads to the assertions"
+    )
+    label = re.match(r"\(([a-z0-9-]+)\)=\n# ", cells[0].source)[1]
+    page = (ROOT / "book/beyond.md").read_text(encoding="utf-8")
+    assert f"{{ref}}`{label}`" in page
+    assert f"../notebooks/beyond/{path.name}::" in page, "with a number of the chapter"

@@ -103,7 +103,7 @@ def draw_house(pyproject):
     found = tomllib.loads(Path(pyproject).read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
     (layers,) = (contract["layers"] for contract in found if contract["id"] == "house")
     figure, ax = plt.subplots(figsize=(7.4, 6.6))
-    colours = {"papers": "#E0EDF6", "judging": "#FDF0D5"}  # the others are the library
+    colours = {"beyond": "#E0EDF6", "papers": "#E0EDF6", "judging": "#FDF0D5"}  # the others are the library
     box = dict(boxstyle="round,pad=0.35", facecolor="white", edgecolor="#555555", linewidth=0.8)
     top = 0.0
     for layer in layers:
