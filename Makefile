@@ -15,6 +15,7 @@ PYTHON = $(shell command -v python3.11 || command -v python3)
 JOBS = 2
 SEEDS = 1 2 3 4 5
 VENV = .venv
+LOCKS = environment.txt
 BIN = $(VENV)/bin
 ENV = $(VENV)/.tmalib
 
@@ -40,7 +41,7 @@ unexport MPLBACKEND MATPLOTLIBRC PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONWARNI
   PYTHONSAFEPATH PYTHONPLATLIBDIR PYTEST_ADDOPTS PYTEST_PLUGINS JUPYTER_PATH JUPYTER_CONFIG_PATH \
   PIP_USER PIP_TARGET PIP_PREFIX PIP_ROOT PIP_PYTHON VIRTUAL_ENV
 
-.PHONY: help env lock lint notebooks claims book test unit site-test figures bench reseed study study-lock serve clean FORCE
+.PHONY: help env lock lint notebooks claims book test unit site-test figures bench reseed study study-lock lab lab-lock serve clean FORCE
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/\1\t\2/p' Makefile | expand -t 14
@@ -50,15 +51,15 @@ env: $(ENV)  ## create .venv from environment.txt (about 2 minutes)
 # A changed lock starts from an empty environment, so nothing stale stays behind; so does a checkout that was
 # copied or moved, for an environment knows its own place and that of the library. The stamp holds the place
 # and the lock that was installed: its content decides, not its date.
-ifneq ($(shell { pwd -P; cat environment.txt; } | cmp -s - $(VENV)/.requirements && echo same), same)
+ifneq ($(shell { pwd -P; cat $(LOCKS); } | cmp -s - $(VENV)/.requirements && echo same), same)
 $(VENV)/.requirements: FORCE
 endif
 $(VENV)/.requirements:
-	@echo "==> Python environment: $(VENV) from environment.txt"
+	@echo "==> Python environment: $(VENV) from $(LOCKS)"
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed")'
 	$(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/python -m pip install --require-hashes --only-binary :all: -r environment.txt
-	@{ pwd -P; cat environment.txt; } > $@
+	$(BIN)/python -m pip install --require-hashes --only-binary :all: $(addprefix -r ,$(LOCKS))
+	@{ pwd -P; cat $(LOCKS); } > $@
 
 $(ENV): $(VENV)/.requirements pyproject.toml
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
@@ -131,6 +132,16 @@ study: $(ENV)  ## bearings between recorded ships and aircraft, and Stone Soup's
 study-lock: $(ENV)  ## compile tools/study/environment.in into its environment.txt
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --only-binary :all: \
 	  --custom-compile-command "make study-lock" tools/study/environment.in -o tools/study/environment.txt
+
+# JupyterLab over the chapters, in an environment of its own that also has all of the book's: nothing is executed
+# for the book there. OPTIONS go to JupyterLab, as in OPTIONS="--no-browser --port=9000".
+lab:  ## run chapters by hand in JupyterLab (the first time about 2 minutes, to create .venv-lab)
+	$(MAKE) env VENV=.venv-lab LOCKS="environment.txt tools/lab/environment.txt"
+	.venv-lab/bin/jupyter lab $(OPTIONS) notebooks
+
+lab-lock: $(ENV)  ## compile tools/lab/environment.in into its environment.txt
+	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --only-binary :all: \
+	  --custom-compile-command "make lab-lock" tools/lab/environment.in -o tools/lab/environment.txt
 
 figures: claims  ## write every figure and table to figures/
 	rm -rf figures && cp -R build/figures figures
