@@ -40,6 +40,31 @@ def test_cells_helpers_and_lines_are_short(path):
                 assert node.end_lineno - node.lineno < HELPER, getattr(node, "name", "lambda")
 
 
+def excerpts(path):
+    """The lines of the files that a chapter shows parts of."""
+    for name, options in re.findall(r"```\{literalinclude\} (\S+)\n((?:.*\n)*?)```", prose(path)):
+        text = (path.parent / name).read_text(encoding="utf-8")
+        options = dict(re.findall(r":([a-z]+): (.*)", options))
+        if wanted := options.get("pyobject"):
+            (node,) = (n for n in ast.parse(text).body if getattr(n, "name", None) == wanted)
+            yield from ast.get_source_segment(text, node).splitlines()
+        else:
+            yield from text.splitlines()[int(options["lines"].rstrip("-")) - 1 :]
+
+
+def prose(path):
+    return "\n".join(c.source for c in nbformat.read(path, 4).cells if c.cell_type == "markdown")
+
+
+@every_chapter
+def test_excerpts_fit_the_page(path):
+    assert [line for line in excerpts(path) if len(line) > LINE] == []
+
+
+def test_there_are_excerpts():
+    assert len(list(excerpts(ROOT / "notebooks/use/stone_soup.ipynb"))) > 40
+
+
 @every_chapter
 def test_imports_are_in_sight(path):
     first, *others = code_cells(path)

@@ -50,17 +50,22 @@ STATE, ORDER = ("x", "y", "vx", "vy"), [0, 2, 1, 3]  # and where they are in Sto
 
 
 class DelayedBearing(Cartesian2DToBearing):
-    """Bearing of the place where a target was when the sound left it that is heard now."""
+    """Bearing of the place where a target was when the sound left it."""
 
     sound_speed: float = Property(doc="Metres a second")
 
     def _function(self, state, noise=False, **kwargs):
-        x, vx, y, vy = np.asarray(state.state_vector, dtype=float)  # each of one, or of all particles
-        dx, dy = x - self.translation_offset[0, 0], y - self.translation_offset[1, 0]
-        radial, slack = dx * vx + dy * vy, self.sound_speed**2 - vx**2 - vy**2
-        delay = (np.sqrt(radial**2 + slack * (dx**2 + dy**2)) - radial) / slack
+        values = np.asarray(state.state_vector, dtype=float)
+        x, vx, y, vy = values  # each of one, or of all particles
+        dx = x - self.translation_offset[0, 0]
+        dy = y - self.translation_offset[1, 0]
+        radial = dx * vx + dy * vy
+        slack = self.sound_speed**2 - vx**2 - vy**2
+        root = np.sqrt(radial**2 + slack * (dx**2 + dy**2))
+        delay = (root - radial) / slack
         then = np.stack([x - delay * vx, vx, y - delay * vy, vy])
-        return super()._function(State(state.state_vector.__class__(then)), noise, **kwargs)
+        past = State(state.state_vector.__class__(then))
+        return super()._function(past, noise, **kwargs)
 
 
 def read(path):
@@ -93,15 +98,17 @@ def detections(ownship, bearings, delayed):
 
 
 def prior(first, distance):
-    """Along the first bearing: a range with half of it as standard deviation, and a speed about zero."""
+    """Along the first bearing: half the range as sigma, a speed of zero."""
     angle, model = float(first.state_vector[0, 0]), first.measurement_model
     across = distance * np.sqrt(model.noise_covar[0, 0])
     along = np.array([np.cos(angle), np.sin(angle)])
     turn = np.column_stack([along, [-along[1], along[0]]])
     covariance = np.diag([0.0, SPEED**2, 0.0, SPEED**2])
-    covariance[np.ix_([0, 2], [0, 2])] = turn @ np.diag([(distance / 2) ** 2, across**2]) @ turn.T
+    spread = turn @ np.diag([(distance / 2) ** 2, across**2]) @ turn.T
+    covariance[np.ix_([0, 2], [0, 2])] = spread
     place = model.translation_offset[:, 0] + distance * along
-    return GaussianState([[place[0]], [0.0], [place[1]], [0.0]], covariance, timestamp=first.timestamp)
+    mean = [[place[0]], [0.0], [place[1]], [0.0]]
+    return GaussianState(mean, covariance, timestamp=first.timestamp)
 
 
 def filters():
