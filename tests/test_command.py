@@ -119,6 +119,17 @@ def test_latitudes_come_back_as_latitudes(capsys):
     assert numbers(said["bearing"])[0] == pytest.approx(azimuth % 360, abs=0.06)
     length, sigma = numbers(said["range"])
     assert length == pytest.approx(distance, abs=0.1 * sigma)
+    begin, x, y = numbers(said["x and y from"]), numbers(said["x"])[0], numbers(said["y"])[0]
+    assert begin == [60, -5]
+    there, here, _ = earth.fwd(begin[1], begin[0], np.degrees(np.arctan2(x, y)), np.hypot(x, y))
+    assert (here, there) == pytest.approx((latitude, longitude), abs=1e-4)
+
+
+def test_a_track_in_metres_says_nothing_of_a_place(capsys):
+    assert main(["bound", "--ownship", "turning.csv", *PLAN, *TARGET]) == 0
+    assert "x and y from" not in table(capsys.readouterr().out)
+    assert main(["bound", "--ownship", "geographic.csv", *PLAN, "--target", "60.06,-4.9,6,280"]) == 0
+    assert numbers(table(capsys.readouterr().out)["x and y from"]) == [60, -5]
 
 
 def test_a_window_and_a_reference_time(capsys):

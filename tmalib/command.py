@@ -101,13 +101,22 @@ def _fit(options):
     scenario, columns = _as_wanted(scenario, options)
     _progress(f"fitting {len(columns)} bearings")
     found = fit(scenario, angles[columns])
-    print(as_text(summarise(found) + _region(found)))
+    print(as_text(summarise(found) + _origin(found.scenario) + _region(found)))
     if options.save:
         save(options.save, found)
     if draw:
         _progress("drawing")
         draw(found, options.figure)
     return ANSWERED if found.converged else NOT_TOLD
+
+
+def _origin(scenario):
+    """A row that says where x and y begin, if the track has latitudes and longitudes."""
+    frame = _frame(scenario)
+    if not frame.is_geographic:
+        return []
+    where = f"{frame.latitude:.6f}, {frame.longitude:.6f} degrees, the track's first fix"
+    return [Row("x and y from", where)]
 
 
 def _region(found):
@@ -206,7 +215,8 @@ def _bound(options):
         print(as_text([Row("status", why)]))
         return NOT_TOLD
     told = Estimate(scenario.reference_time, scenario.coordinates, state, crlb(scenario))
-    print(as_text([*describe(told, scenario), Row("measurements", str(len(scenario.times)))]))
+    rows = [*describe(told, scenario), *_origin(scenario), Row("measurements", str(len(scenario.times)))]
+    print(as_text(rows))
     return ANSWERED
 
 
