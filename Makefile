@@ -41,7 +41,7 @@ unexport MPLBACKEND MATPLOTLIBRC PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONWARNI
   PYTHONSAFEPATH PYTHONPLATLIBDIR PYTEST_ADDOPTS PYTEST_PLUGINS JUPYTER_PATH JUPYTER_CONFIG_PATH \
   PIP_USER PIP_TARGET PIP_PREFIX PIP_ROOT PIP_PYTHON VIRTUAL_ENV
 
-.PHONY: help env lock lint notebooks claims book test unit site-test figures bench reseed study study-lock lab lab-lock serve clean FORCE
+.PHONY: help env lock lint notebooks claims book test unit site-test figures bench reseed study study-lock lab serve clean FORCE
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/\1\t\2/p' Makefile | expand -t 14
@@ -65,9 +65,11 @@ $(ENV): $(VENV)/.requirements pyproject.toml
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
 	@touch $@
 
-lock: $(ENV)  ## compile environment.in into environment.txt; UPGRADE=--upgrade moves every pin
-	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --only-binary :all: \
-	  $(UPGRADE) --custom-compile-command "make lock" environment.in -o environment.txt
+lock: $(ENV)  ## compile environment.in into environment.txt, and tools/lab's; UPGRADE=--upgrade moves every pin
+	for lock in environment tools/lab/environment; do \
+	  $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --only-binary :all: \
+	    $(UPGRADE) --custom-compile-command "make lock" $$lock.in -o $$lock.txt; \
+	done
 
 # Chapters are executed here and nowhere else, and only those whose code, imports, ledger or lock have changed:
 # a change of prose needs no execution.
@@ -138,10 +140,6 @@ study-lock: $(ENV)  ## compile tools/study/environment.in into its environment.t
 lab:  ## run chapters by hand in JupyterLab (the first time about 2 minutes, to create .venv-lab)
 	$(MAKE) env VENV=.venv-lab LOCKS="environment.txt tools/lab/environment.txt"
 	.venv-lab/bin/jupyter lab $(OPTIONS) notebooks
-
-lab-lock: $(ENV)  ## compile tools/lab/environment.in into its environment.txt
-	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --only-binary :all: \
-	  --custom-compile-command "make lab-lock" tools/lab/environment.in -o tools/lab/environment.txt
 
 figures: claims  ## write every figure and table to figures/
 	rm -rf figures && cp -R build/figures figures

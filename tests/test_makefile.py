@@ -1,6 +1,7 @@
 """The two commands mean the same whatever the user's environment, and in a copied or moved checkout."""
 
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -79,3 +80,34 @@ def test_make_is_new_enough_or_says_so():
     )
     assert done.returncode != 0
     assert "GNU make 4 or newer is needed" in done.stderr
+
+
+def pins(lock):
+    """Packages of a lock, each with its versions."""
+    found = {}
+    for name, version in re.findall(r"(?m)^([\w.-]+)==([^\s;]+)", (ROOT / lock).read_text(encoding="utf-8")):
+        found.setdefault(name, set()).add(version)
+    return found
+
+
+def test_the_lab_has_the_book_s_packages_in_the_book_s_versions():
+    """Both locks go into one environment."""
+    book, lab = pins("environment.txt"), pins("tools/lab/environment.txt")
+    assert "jupyterlab" in lab
+    assert "ipykernel" in lab.keys() & book.keys()
+    assert {name: lab[name] for name in lab.keys() & book.keys() if not lab[name] <= book[name]} == {}
+
+
+def test_the_lab_is_made_from_both_locks(copied):
+    (copied / "tools/lab").mkdir(parents=True)
+    shutil.copy(ROOT / "tools/lab/environment.txt", copied / "tools/lab")
+    said = make("-n", "lab", cwd=copied)
+    assert "-m venv --clear .venv-lab" in said
+    assert "-r environment.txt -r tools/lab/environment.txt" in said
+    assert ".venv-lab/bin/jupyter lab" in said
+
+
+def test_binder_takes_the_book_s_lock():
+    named = (ROOT / ".binder/requirements.txt").read_text(encoding="utf-8").split("-r ")[1].strip()
+    assert (ROOT / ".binder" / named).resolve() == ROOT.resolve() / "environment.txt"
+    assert os.access(ROOT / ".binder/postBuild", os.X_OK)
