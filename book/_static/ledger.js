@@ -1,6 +1,6 @@
 // Makes a table of verdicts sortable, filterable and citable. Without this script it is a plain table.
-// What is chosen stands in the address, after "#ledger-0?", so that it can be sent to somebody.
-document.querySelectorAll("table.ledger-table").forEach((table, number) => {
+// What is chosen stands in the address, after "#", the id of the table and "?", so that it can be sent to somebody.
+document.querySelectorAll("table.ledger-table").forEach((table) => {
   const body = table.tBodies[0];
   const rows = [...body.rows];
   const heads = [...table.tHead.rows[0].cells];
@@ -31,11 +31,11 @@ document.querySelectorAll("table.ledger-table").forEach((table, number) => {
     ...names.flatMap((name, column) => [option(`${column} 1`, `${name} ↑`), option(`${column} -1`, `${name} ↓`)]),
   );
   const count = make("output", {});
-  const controls = make("div", { className: "ledger-controls", id: `ledger-${number}` });
+  const controls = make("div", { className: "ledger-controls", id: `${table.id}-controls` });
   const first = names[0][0].toUpperCase() + names[0].slice(1);
   const fields = { [first]: place, Verdict: verdict, Words: words, Order: order };
   for (const [label, field] of Object.entries(fields)) {
-    field.id = `ledger-${number}-${label}`;
+    field.id = `${table.id}-${label}`;
     controls.append(make("div", {}, make("label", { htmlFor: field.id, textContent: label }), field));
   }
   controls.append(count);
@@ -79,11 +79,11 @@ document.querySelectorAll("table.ledger-table").forEach((table, number) => {
   // -- the address
   const remember = () => {
     const chosen = Object.entries(fields).filter(([, field]) => field.value !== "").map(([label, field]) => [label, field.value]);
-    history.replaceState(null, "", `#ledger-${number}${chosen.length ? `?${new URLSearchParams(chosen)}` : ""}`);
+    history.replaceState(null, "", `#${table.id}${chosen.length ? `?${new URLSearchParams(chosen)}` : ""}`);
   };
   const recall = () => {
     const [id, query] = location.hash.slice(1).split("?");
-    if (id !== `ledger-${number}` || query === undefined) return;
+    if (id !== table.id || query === undefined) return;
     for (const [label, value] of new URLSearchParams(query)) if (label in fields) fields[label].value = value;
     controls.scrollIntoView();
   };

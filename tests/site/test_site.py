@@ -72,12 +72,35 @@ def test_search_finds_what_a_reader_of_the_paper_types(visit, site, words, place
     assert any(place in link for link in first), first
 
 
+@pytest.mark.parametrize("width", [1280, 400])
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        ("Theorem 2", "notebooks/conical_angles/theorem_2.html"),
+        ("Table V", "notebooks/emw_acoustic/scenario_5.html"),
+    ],
+)
+def test_with_a_paper_in_hand_two_clicks(visit, site, name, place, width):
+    """The first of them is on the first screen of the front page, and so is the second on its page."""
+    page = visit((site / FRONT).as_uri(), width=width).page
+    card = page.locator(".sd-card", has_text="Check").first
+    assert card.bounding_box()["y"] + card.bounding_box()["height"] <= 900
+    card.click()
+    page.wait_for_url("**/concordance.html*")
+    page.evaluate("scrollTo(0, 0)")
+    link = page.get_by_role("link", name=name, exact=True).first
+    assert link.bounding_box()["y"] <= 900
+    link.click()
+    page.wait_for_url(f"**/{place}*")
+
+
 def results_of(page):
     """The rows shown of the table of results on a page of verdicts, and its controls."""
     tables = page.locator("table.ledger-table")
     kinds = tables.evaluate_all("all => all.map(table => table.className)")
     number = next(k for k, kind in enumerate(kinds) if "in-words" not in kind)
-    return tables.nth(number).locator("tbody tr:visible"), page.locator(f"#ledger-{number}")
+    table = tables.nth(number)
+    return table.locator("tbody tr:visible"), page.locator(f"#{table.get_attribute('id')}-controls")
 
 
 @pytest.mark.parametrize("name", LEDGERS)

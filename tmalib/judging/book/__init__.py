@@ -3,10 +3,25 @@
 `tables` shows the ledger, `score` counts it, `graph` draws what its statements rest on, `errata` lists the
 errata, `concordance` leads from the papers to the book and back, `roles` writes the ledger into sentences,
 `names` and `terms` link the library's names and the field's words, `provenance` gives a chapter the outputs
-of its execution and a list of where they come from.
+of its execution and a list of where they come from, `downloads` the notebook that a reader
+takes along, `launch` the links that start it elsewhere.
 """
 
-from . import concordance, errata, graph, names, provenance, roles, score, tables, terms
+from . import (
+    cards,
+    concordance,
+    downloads,
+    errata,
+    graph,
+    launch,
+    names,
+    provenance,
+    roles,
+    score,
+    tables,
+    terms,
+    tested,
+)
 
 
 def setup(app):
@@ -18,10 +33,19 @@ def setup(app):
     app.add_directive("score", score.Score)
     app.add_directive("statement-graph", graph.StatementGraph)
     app.add_directive("concordance", concordance.Concordance)
+    app.add_directive("numbered-items", concordance.NumberedItems)
     app.add_directive("errata-table", errata.ErrataTable)
     app.connect("source-read", provenance.take_outputs)
     app.connect("doctree-read", provenance.add_provenance)
     app.connect("doctree-read", concordance.add_box)
     app.connect("doctree-read", names.link_names)
     app.connect("doctree-resolved", terms.link_terms)
+    app.connect("config-inited", names.name_in_code)
+    app.connect("config-inited", launch.set_theme_options)
+    app.connect("html-page-context", launch.add_first_cell, priority=600)  # after the theme
+    app.connect("autodoc-process-docstring", tested.add_tests, priority=900)  # after its sections
+    app.connect("html-collect-pages", tested.pages)
+    app.connect("build-finished", downloads.write_downloads)
+    app.connect("html-page-context", cards.load_mathjax, priority=300)  # before Sphinx decides on it
+    app.connect("build-finished", cards.write_cards)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,8 +1,9 @@
 """From a paper to the book and back, made from the papers' contents.
 
 ``{concordance} paper`` lists what the sections of a paper hold: every item with its places in the book, its
-errata and its verdicts. A box at the head of a chapter says what of the paper it treats, with links to the
-concordance; theorems, tables and figures are entries of the index, where the search finds them.
+errata and its verdicts. ``{numbered-items}`` leads from the numbers of all papers (Theorem 2, Table V) to
+their places. A box at the head of a chapter says what of the paper it treats, with links to the concordance;
+theorems, tables and figures are entries of the index, where the search finds them.
 """
 
 from collections import Counter
@@ -10,6 +11,7 @@ from itertools import groupby
 
 from docutils import nodes
 from sphinx import addnodes
+from sphinx.util.docutils import SphinxDirective
 
 from ..paper import read_papers
 from ..statements import TABLE as STATEMENTS
@@ -18,7 +20,8 @@ from .tables import LedgerDirective, body_of
 
 HEAD = ["section", "item", "in the book", "errata", "verdict"]
 ONE_BY_ONE = 3  # so many verdicts of an item, at most
-NUMBERED = ("theorem", "proposition", "remark", "table", "figure", "equation")
+ONE_LOOK = ("theorem", "proposition", "table", "figure")  # what a reader comes with
+NUMBERED = (*ONE_LOOK, "remark", "equation")
 
 
 class Concordance(LedgerDirective):
@@ -28,6 +31,7 @@ class Concordance(LedgerDirective):
         listed = [(section, item) for section in paper.contents.sections for item in section.items]
         body = [self.row(section, item, covered(item, found)) for section, item in listed]
         table = self.make_table(f"{paper.title}: from the paper to the book.", HEAD, body, ["ledger-table"])
+        table["ids"].append(ledger.table_id(paper.key))
         before = None
         for (section, _), row in zip(listed, body_of(table), strict=True):
             if section is not before:
@@ -42,6 +46,39 @@ class Concordance(LedgerDirective):
         links = [ledger.link(self.env, name, name) for name in errata]
         cells = map(in_a_row, (places, links, verdicts(self.env, claims)))
         return [full_name(section), item.name, *cells]
+
+
+class NumberedItems(SphinxDirective):
+    """A paragraph a paper: its theorems, tables and so on, each a link."""
+
+    def run(self):
+        found = []
+        for paper in read_papers().values():
+            claims = [claim for claim in ledger.claims_of(self.env) if claim.paper == paper.key]
+            items = [item for section in paper.contents.sections for item in section.items]
+            for kind in ONE_LOOK:
+                named = [(item, first_place(item, claims)) for item in items if item.kind == kind]
+                links = [ledger.link(self.env, label, item.name) for item, label in named if label]
+                found += [(paper, link) for link in links]
+        return [
+            nodes.paragraph(
+                "", "", nodes.strong("", paper.title), nodes.Text(": "), *separated(link for _, link in group)
+            )
+            for paper, group in groupby(found, key=lambda part: part[0])
+        ]
+
+
+def first_place(item, claims):
+    """The label to which the name of an item leads: where it is seen, or else judged; None if nowhere."""
+    judged = covered(item, claims)
+    return next(iter([*item.see, *map(place_of_verdict, judged)]), None)
+
+
+def place_of_verdict(claim):
+    """The label of the judged table of a number; of a statement, which has none, that of its cell."""
+    if claim.table == STATEMENTS:
+        return ledger.cell_label(claim.notebook, claim.cell)
+    return ledger.label_of(claim.paper, claim.table)
 
 
 def covered(item, claims):
@@ -68,9 +105,14 @@ def place(env, label):
     )  # fmt: skip
 
 
+def separated(links):
+    """Links with commas between them."""
+    return [part for link in links for part in (nodes.Text(", "), link)][1:]
+
+
 def in_a_row(links):
     """The content of a cell: links, with commas between them."""
-    parts = [part for link in links for part in (nodes.Text(", "), link)][1:]
+    parts = separated(links)
     return [nodes.paragraph("", "", *parts)] if parts else ""
 
 
@@ -79,9 +121,7 @@ def verdicts(env, claims):
     if len(claims) <= ONE_BY_ONE:
         words = [(ledger.cell_label(c.notebook, c.cell), ledger.written(c)[2]) for c in claims]
         return [ledger.link(env, *link) for link in dict.fromkeys(words)]
-    label, count = ledger.label_of(claims[0].paper, claims[0].table), Counter(c.verdict for c in claims)
-    if claims[0].table == STATEMENTS:
-        label = ledger.cell_label(claims[0].notebook, claims[0].cell)
+    label, count = place_of_verdict(claims[0]), Counter(c.verdict for c in claims)
     return [ledger.link(env, label, f"{ledger.ALL_SYMBOLS[v]} {v} ({n})") for v, n in count.items()]
 
 

@@ -52,6 +52,11 @@ def row_id(claim):
     return "row-" + nodes.make_id(" ".join(claim.key))
 
 
+def table_id(name):
+    """Where a table that can be filtered stands on its page; ``_static/ledger.js`` adds what is chosen."""
+    return f"ledger-{name}"
+
+
 def cell_label(notebook, cell):
     """Label of a code cell of a chapter; ``notebook`` is relative to the folder of notebooks."""
     return f"{nodes.make_id('notebooks/' + notebook.removesuffix('.ipynb'))}-cell-{cell}"

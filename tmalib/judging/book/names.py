@@ -1,4 +1,7 @@
-"""Names of the library in sentences are links to the reference: ``tma.fit``, ``find_ghosts``."""
+"""Names of the library in sentences are links to the reference: ``tma.fit``, ``find_ghosts``.
+
+Those in code cells are linked by sphinx-codeautolink, which reads a chapter's cells as one program.
+"""
 
 import importlib
 import inspect
@@ -9,6 +12,7 @@ from sphinx import addnodes
 
 import tmalib
 
+from ..code import import_graph
 from .ledger import is_inside
 
 NAME = re.compile(r"(tma\.|tmalib\.)?([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)(?:\([^()]*\))?")
@@ -48,3 +52,25 @@ def link_names(app, doctree):
             target = dict(refdomain="py", reftype=found[0], reftarget=found[1], refexplicit=True)
             xref = addnodes.pending_xref("", literal.deepcopy(), refdoc=app.env.docname, **target)
             literal.replace_self(xref)
+
+
+def hidden_modules():
+    """Modules that a function of their package hides, which has their name: where it stands in the reference.
+
+    Examples
+    --------
+    >>> hidden_modules()["tmalib.sensitivity.response"]
+    'tmalib.sensitivity.response.response'
+    """
+    found = {}
+    for module in sorted(import_graph().modules):
+        package, _, name = module.rpartition(".")
+        hiding = getattr(importlib.import_module(package), name, None) if package else None
+        if inspect.isroutine(hiding) or inspect.isclass(hiding):
+            found[module] = f"{hiding.__module__}.{hiding.__qualname__}"
+    return found
+
+
+def name_in_code(app, config):
+    """In code, a name that a function and a module share means the function, as in Python."""
+    config.codeautolink_inventory_map.update(hidden_modules())

@@ -1,16 +1,21 @@
 """``{score}``: how much of each paper is judged, and how, as bars with numbers and words.
 
-Results, statements and phrases are counted apart; inputs, which nobody could fail to reproduce, in words.
+Results, statements and phrases are counted apart; inputs, which nobody could fail to reproduce, in words. A
+part of a bar, and its entry in the list below, lead to the rows that it counts, the verdicts filtered.
 """
 
+import posixpath
 from collections import Counter
 from html import escape
+from urllib.parse import urlencode
 
 from docutils import nodes
 from sphinx.util.docutils import SphinxDirective
 
 from ..paper import GROUPS, read_papers
 from . import ledger
+
+WIDE = 0.16  # of a bar: what is narrower has its number in the list only
 
 
 class Score(SphinxDirective):
@@ -20,18 +25,32 @@ class Score(SphinxDirective):
         html = ""
         for paper in read_papers().values():
             found = ledger.claims_under(self.env, (paper.key,))
-            html += f"<p><strong>{escape(paper.title)}</strong></p>\n{bars(found)}"
+            page = posixpath.relpath(
+                f"book/verdicts/{paper.folder.name}.html", posixpath.dirname(self.env.docname)
+            )
+            html += f"<p><strong>{escape(paper.title)}</strong></p>\n{bars(found, page)}"
         html = f'<div class="score" role="group" aria-label="Verdicts by paper">\n{html}</div>\n'
         return [nodes.raw("", html, format="html")]
 
 
-def bars(claims):
-    """What is said of one paper."""
+def bars(claims, page):
+    """What is said of one paper; ``page`` is the address of its verdicts."""
     count = {group: Counter(c.verdict for c in claims if c.group == group) for group in GROUPS}
     inputs = count.pop("inputs")
-    html = "".join(f"<p>{counted(c.total(), group)}</p>\n{bar(c)}" for group, c in count.items() if c)
-    words = ", ".join(f"{number} {verdict}" for verdict, number in inputs.items())
+    address = {group: f"{page}#{ledger.table_id(group)}" for group in GROUPS}
+    html = "".join(
+        f"<p>{counted(c.total(), group)}</p>\n{bar(c, address[group])}" for group, c in count.items() if c
+    )
+    words = ", ".join(
+        f'<a href="{filtered(address["inputs"], verdict)}">{number} {verdict}</a>'
+        for verdict, number in inputs.items()
+    )
     return html + (f"<p>{counted(inputs.total(), 'inputs')}: {words}</p>\n" if inputs else "")
+
+
+def filtered(address, verdict):
+    """The address at which `_static/ledger.js` shows the rows with a verdict."""
+    return escape(f"{address}?{urlencode({'Verdict': f'{ledger.ALL_SYMBOLS[verdict]} {verdict}'})}")
 
 
 def counted(number, group):
@@ -39,11 +58,13 @@ def counted(number, group):
     return f"{number} {group if number != 1 else group.removesuffix('s')}"
 
 
-def bar(count):
-    """Segments as long as their numbers, each with its symbol; what they mean is the list below the bar."""
-    segments, words = "", ""
+def bar(count, address):
+    """Parts as long as their numbers; the list below the bar says what they are, and is read aloud."""
+    parts, words = "", ""
     for verdict in filter(count.get, ledger.ALL_SYMBOLS):
         kind, sign, number = nodes.make_id(verdict), ledger.ALL_SYMBOLS[verdict], count[verdict]
-        segments += f'<span class="{kind}" style="flex-grow: {number}">{sign} {number}</span>'
-        words += f'<li><span class="{kind}">{sign}</span> {number} {verdict}</li>'
-    return f'<div class="bar" aria-hidden="true">{segments}</div>\n<ul>{words}</ul>\n'
+        link = f'href="{filtered(address, verdict)}"'
+        text = f"{sign} {number}" if number >= WIDE * sum(count.values()) else ""
+        parts += f'<a {link} class="{kind}" style="flex-grow: {number}" tabindex="-1">{text}</a>'
+        words += f'<li><a {link}><span class="{kind}">{sign}</span> {number} {verdict}</a></li>'
+    return f'<div class="bar" aria-hidden="true">{parts}</div>\n<ul>{words}</ul>\n'

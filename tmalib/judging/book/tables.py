@@ -134,6 +134,7 @@ class LedgerTable(LedgerDirective):
         caption = f"The {group} of the paper and their verdicts, in the paper's order."
         kinds = ["ledger-table", "in-words"] if in_words else ["ledger-table"]
         table = self.make_table(caption, head, [row(paper, claim) for claim in chosen], kinds)
+        table["ids"].append(ledger.table_id(group))
         for line, claim in zip(body_of(table), chosen, strict=True):
             line["ids"].append(ledger.row_id(claim))
         return [first_of_each(chosen), table]
