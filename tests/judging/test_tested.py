@@ -48,7 +48,7 @@ def test_those_that_use_it_most_come_first():
 )
 def test_the_entry_of_the_reference(builder, what, said):
     app = SimpleNamespace(
-        builder=SimpleNamespace(format=builder), env=SimpleNamespace(docname="book/api/batch")
+        builder=SimpleNamespace(name=builder), env=SimpleNamespace(docname="book/api/batch")
     )
     lines = ["Fit.", "", ">>> 1", ""]
     tested.add_tests(app, what, "tmalib.batch.fit", None, None, lines)

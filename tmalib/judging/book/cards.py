@@ -32,7 +32,7 @@ def load_mathjax(app, pagename, templatename, context, doctree):
 
 def write_cards(app, exception):
     """Give all pages their cards."""
-    if exception is not None or app.builder.format != "html":
+    if exception is not None or app.builder.name != "html":
         return
     texts = {name: Path(app.outdir, f"{name}.html").read_text("utf-8") for name in sorted(app.env.found_docs)}
     found = {(name, anchor): card for name, text in texts.items() for anchor, card in cards_in(name, text)}

@@ -32,7 +32,7 @@ TWICE = "application/pdf"  # a figure is there as an SVG, too
 
 def write_downloads(app, exception):
     """Put the notebooks where the pages' download buttons lead."""
-    if exception is None and app.builder.format == "html":
+    if exception is None and app.builder.name == "html":
         for docname in sorted(app.env.found_docs):
             if path := executed(app, docname):
                 notebook = readable(read(path), Words(app, docname), repository(os.environ))

@@ -89,7 +89,7 @@ def files_using(place):
 
 def add_tests(app, what, name, obj, options, lines):
     """The last line of an entry of the reference; its example is a test as well."""
-    if app.builder.format != "html" or what not in ("function", "class"):
+    if app.builder.name != "html" or what not in ("function", "class"):
         return
     folder, found = posixpath.dirname(app.env.docname), files_using(name)
     pages = [posixpath.relpath(f"{page_of(file)}.html#line-{at[0]}", folder) for file, at in found[:MOST]]
@@ -107,7 +107,7 @@ def page_of(file):
 
 def pages(app):
     """A page for every test, its source with an anchor a line."""
-    for file, (text, _) in files().items() if app.builder.format == "html" else ():
+    for file, (text, _) in files().items() if app.builder.name == "html" else ():
         source = app.builder.highlighter.highlight_block(text, "python", linespans="line")
         title = f"tests/{file}"
         yield page_of(file), {"title": title, "body": f"<h1>{title}</h1>{source}"}, "page.html"
