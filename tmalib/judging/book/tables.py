@@ -1,6 +1,7 @@
 """Tables of judged numbers, and their score.
 
-``{judged-table} paper; table`` is a table in the paper's layout: in every cell printed, ours and the verdict.
+``{judged-table} paper; table`` is a table in the paper's layout: in every cell printed, ours and the verdict,
+which leads to its row in the other one.
 ``{ledger-table} paper`` has all rows of a group of a paper (``:of: results``, the default, ``statements``,
 ``phrases`` or ``inputs``), with what their verdicts rest on, and a link from each verdict to the cell that
 computed it. `_static/ledger.js` makes it sortable and filterable.
@@ -67,8 +68,9 @@ def make_entry(cell):
 
 
 def lines(*texts):
-    """The content of a cell with several lines."""
-    return [nodes.line_block("", *(nodes.line(text, text) for text in texts))]
+    """The content of a cell with several lines, texts or nodes."""
+    content = [nodes.Text(text) if isinstance(text, str) else text for text in texts]
+    return [nodes.line_block("", *(nodes.line("", "", each) for each in content))]
 
 
 class JudgedTable(LedgerDirective):
@@ -79,25 +81,31 @@ class JudgedTable(LedgerDirective):
 
     def shown(self, key, paper, found):
         phrases = all(claim.kind == "text" for claim in found)
-        head, body = (phrase_rows if phrases else number_rows)(paper, found)
+        head, body = (phrase_rows if phrases else number_rows)(paper, found, self.to_row)
         caption = self.options.get("caption", f"{paper.tables[key[1]]}, judged.")
         node = self.make_table(caption, head, body, ["phrase-table" if phrases else "judged-table"])
         node["names"].append(ledger.label_of(*key))
         self.state.document.note_explicit_target(node, node)
         return [node] if phrases else [node, legend(found)]
 
+    def to_row(self, claim, text):
+        """A link from a verdict to its row on the page of verdicts, with all that it rests on."""
+        return ledger.link(self.env, ledger.row_id(claim), text, title=claim.verdict)
 
-def phrase_rows(paper, found):
+
+def phrase_rows(paper, found, linked):
     """Head and body for phrases: what was printed, what was measured, and the verdict with its note."""
     cells = [(c, *ledger.written(c)) for c in found]
-    body = [[paper.rows[c.row], printed, ours, lines(word, c.note)] for c, printed, ours, word in cells]
+    body = [
+        [paper.rows[c.row], printed, ours, lines(linked(c, word), c.note)] for c, printed, ours, word in cells
+    ]
     return ["", "printed", "ours", "verdict, and what was measured"], body
 
 
-def number_rows(paper, found):
+def number_rows(paper, found, linked):
     """Head and body in the paper's layout: printed, ours and verdict in every cell."""
     columns = list(dict.fromkeys(c.column for c in found))
-    cells = {(c.row, c.column): lines(*ledger.written(c)[:2], SYMBOLS[c.verdict]) for c in found}
+    cells = {(c.row, c.column): lines(*ledger.written(c)[:2], linked(c, SYMBOLS[c.verdict])) for c in found}
     units = {c.row: c.unit for c in reversed(found)}
     names = {c.row: lines(paper.rows[c.row], ledger.in_brackets(units[c.row])) for c in found}
     body = [[name, *(cells.get((row, column), "") for column in columns)] for row, name in names.items()]
@@ -136,7 +144,8 @@ class LedgerTable(LedgerDirective):
         table = self.make_table(caption, head, [row(paper, claim) for claim in chosen], kinds)
         table["ids"].append(ledger.table_id(group))
         for line, claim in zip(body_of(table), chosen, strict=True):
-            line["ids"].append(ledger.row_id(claim))
+            line["ids"].append(label := ledger.row_id(claim))
+            self.env.get_domain("std").note_hyperlink_target(label, self.env.docname, label)
         return [first_of_each(chosen), table]
 
     def numbers(self, paper, c):
