@@ -26,6 +26,7 @@ export OPENBLAS_NUM_THREADS = 1
 export OMP_NUM_THREADS = 1
 export MKL_NUM_THREADS = 1
 export SOURCE_DATE_EPOCH = 1767225600
+export FORCE_SOURCE_DATE = 1
 export PYTHONHASHSEED = 0
 export PYTHONNOUSERSITE = 1
 export PYDEVD_DISABLE_FILE_VALIDATION = 1
@@ -41,7 +42,7 @@ unexport MPLBACKEND MATPLOTLIBRC PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONWARNI
   PYTHONSAFEPATH PYTHONPLATLIBDIR PYTEST_ADDOPTS PYTEST_PLUGINS JUPYTER_PATH JUPYTER_CONFIG_PATH \
   PIP_USER PIP_TARGET PIP_PREFIX PIP_ROOT PIP_PYTHON VIRTUAL_ENV
 
-.PHONY: help env lock lint notebooks claims book test unit site-test figures bench reseed study study-lock lab serve clean FORCE
+.PHONY: help env lock lint notebooks claims book pdf tex test unit site-test figures bench reseed study study-lock lab serve clean FORCE
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/\1\t\2/p' Makefile | expand -t 14
@@ -101,6 +102,22 @@ book: claims  ## the book, built and checked: build/html/book/intro.html
 	SITE=build/site/_build/html $(BIN)/python -m pytest -q tests/site/test_pages.py -n $(JOBS)
 	@rm -rf build/html && mv build/site/_build/html build/html
 	@echo "==> The book: build/html/index.html"
+
+# TeX is not in the lock: latexmk and XeLaTeX come from the system, and `.ci/run` names Debian's packages.
+tex:
+	@for tool in latexmk xelatex; do command -v $$tool >/dev/null || { echo "make pdf: $$tool is missing; on" \
+	  "Debian: apt-get install $$(sed -n 's/^tex="\(.*\)"$$/\1/p' .ci/run)"; exit 1; }; done
+
+pdf: tex claims  ## the whole book as a PDF, added to the built book: build/html/angles-only.pdf (needs TeX)
+	@test -d build/html || { echo "make pdf: there is no built book to add it to; first make book"; exit 1; }
+	@echo "==> Building the PDF"
+	@rm -rf build/pdf
+	$(BIN)/jupyter-book build . --builder latex --config book/_config.yml --toc book/_toc.yml \
+	  --path-output build/pdf -W -n --keep-going 2>&1 | tee build/pdf.log
+	@cd build/pdf/_build/latex && latexmk -pdfxe -interaction=nonstopmode -halt-on-error -silent angles-only.tex
+	PDF=build/pdf/_build/latex/angles-only.pdf $(BIN)/python -m pytest -q tests/site/test_pdf.py -n $(JOBS)
+	$(BIN)/python tools/build.py offer
+	@echo "==> The PDF: build/html/angles-only.pdf"
 
 unit: $(ENV)  ## the tests that need no executed chapter, in about a minute
 	@echo "==> Unit tests"

@@ -5,9 +5,12 @@ Usage: build.py STEP, from the root of the repository
 stale    copy the chapters that must be executed to build/executing; print which
 keep     take over what was executed, with today's prose
 judge    collect the claims, refuse an incomplete ledger; write build/claims.json and build/figures
+offer    put the PDF into the built book, and links to it where its pages have a place for one
 check    check that the sentences take their verdicts and numbers from the ledger and the cells
 """
 
+import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -15,6 +18,7 @@ from tmalib.judging import chapters, collect, export, prose, read_papers
 
 SOURCES, LOCK, BUILD = Path("notebooks"), Path("environment.txt"), Path("build")
 EXECUTED, EXECUTING = BUILD / "executed", BUILD / "executing"
+SITE, PLACE = BUILD / "html", '<span class="link-to-pdf">'
 
 
 def stale() -> None:
@@ -44,7 +48,16 @@ def check() -> list[str]:
     return prose.wrong_verdicts(pages) + prose.wrong_numbers(pages, SOURCES, made)
 
 
-STEPS = {step.__name__: step for step in (stale, keep, judge, check)}
+def offer() -> None:
+    pdf = BUILD / "pdf" / "_build" / "latex" / "angles-only.pdf"
+    shutil.copy(pdf, SITE)
+    link = f'<a href="../{pdf.name}">The whole book as a PDF</a>, {pdf.stat().st_size / 1e6:.0f} MB.'
+    for page in SITE.glob("book/*.html"):
+        text = page.read_text(encoding="utf-8")
+        page.write_text(re.sub(f"{PLACE}.*?</span>", f"{PLACE}{link}</span>", text), encoding="utf-8")
+
+
+STEPS = {step.__name__: step for step in (stale, keep, judge, check, offer)}
 
 if __name__ == "__main__":
     if len(sys.argv) != 2 or sys.argv[1] not in STEPS:

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 from bs4 import BeautifulSoup
+from sphinx.util import texescape
 
 from tmalib.judging.book import errata, graph
 from tmalib.judging.statements import BASES, COLUMN, TABLE, Statement
@@ -111,3 +112,22 @@ def test_the_evidence_of_an_erratum_is_the_cells_that_name_it():
     assert errata.cells_naming(named, "toy-1") == [("a", 3)]
     assert errata.cells_naming(named, "toy-2") == [("b", 1)]
     assert errata.cells_naming(named, "toy") == []
+
+
+def test_on_paper_the_same_is_drawn():
+    stated, html = drawn()
+    tex = graph.on_paper(stated, graph.places(stated))
+    paths = [path["d"] for path in html.select("path")]
+    assert re.findall(r"\\draw svg\[yscale=-1\] \{(.*?)\};", tex) == paths
+    boxes = re.findall(r"\\statement\{(.*?)\}\{(.*?)\}\{(.*?)\}\{\\detokenize\{(.*?)\}\}\{(.*?)\}", tex)
+    rects = [(float(rect["x"]), -float(rect["y"])) for rect in html.select("rect")]
+    assert [(float(x), float(y)) for _, x, y, *_ in boxes] == rects
+    assert [name for *_, name in boxes] == [claim.row for claim in stated.values()]
+    assert {label for *_, label, _ in boxes} == {"notebooks/toy/coins:cell-7"}
+
+
+@pytest.mark.parametrize("row", ["A_1 & B", "100 % of #1"])
+def test_on_paper_signs_of_tex_are_words(row):
+    texescape.init()
+    tex = graph.box_on_paper(statement(row), "open", (2, 3))
+    assert not re.search(r"(?<!\\)[_&%#]", tex)

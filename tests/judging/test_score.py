@@ -9,6 +9,7 @@ from urllib.parse import unquote_plus
 
 import pytest
 from playwright.sync_api import sync_playwright
+from sphinx.util import texescape
 
 from tmalib.judging import DEPENDS, FALSE, HOLDS, NOT_REPRODUCED, REPRODUCED
 from tmalib.judging.book import score
@@ -46,6 +47,17 @@ def test_a_narrow_part_has_its_number_in_the_list_only():
     bar, words = html.split("\n", 1)
     assert re.findall(">([^<]*)</a>", bar) == ["✓ 99", ""]
     assert "1 not reproduced" in words
+
+
+def test_on_paper_groups_are_counted_apart():
+    found = claims(results=[REPRODUCED] * 2 + [NOT_REPRODUCED], phrases=[DEPENDS], inputs=[REPRODUCED])
+    texescape.init()
+    tex = score.in_words(found).replace(r"\(\checkmark\)", "✓")
+    assert re.findall(r"\\item (.*)", tex) == [
+        "3 results: ✓ 2 reproduced, ✗ 1 not reproduced",
+        "1 phrase: ◐ 1 depends on what is not printed",
+        "1 input: ✓ 1 reproduced",
+    ]
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")

@@ -7,6 +7,7 @@ needs them.
 import csv
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -91,7 +92,14 @@ def project(tmp_path_factory):
     project = tmp_path_factory.mktemp("project")
     clutter = shutil.ignore_patterns("__pycache__", "papers")
     shutil.copytree(ROOT / "tmalib", project / "tmalib", ignore=clutter)
-    for name in ("environment.txt", "pyproject.toml", "tools", "book/_config.yml", "book/_static"):
+    for name in (
+        "environment.txt",
+        "pyproject.toml",
+        "tools",
+        "book/_config.yml",
+        "book/_static",
+        "book/pdf.tex",
+    ):
         (project / name).parent.mkdir(exist_ok=True)
         (shutil.copytree if (ROOT / name).is_dir() else shutil.copy)(ROOT / name, project / name)
     folder = write_paper(project / "tmalib/papers/toy")
@@ -116,6 +124,8 @@ def project(tmp_path_factory):
     jupyter_book = Path(sys.executable).parent / "jupyter-book"
     run(project, jupyter_book, "build", ".", "--config", "book/_config.yml", "--toc", "book/_toc.yml",
         "--path-output", "build/site", "-W", "-n", "--keep-going")  # fmt: skip
+    run(project, jupyter_book, "build", ".", "--config", "book/_config.yml", "--toc", "book/_toc.yml",
+        "--builder", "latex", "--path-output", "build/pdf", "-W", "-n", "--keep-going")  # fmt: skip
     return project
 
 
@@ -192,3 +202,17 @@ def test_a_word_of_the_glossary_says_what_it_means(project):
 
 def test_a_second_build_executes_nothing(project):
     assert run(project, sys.executable, "tools/build.py", "stale").startswith("0 of 1 chapters")
+
+
+def test_the_pdf_has_what_the_pages_have(project):
+    """Needs no TeX: what TeX would be given."""
+    tex = (project / "build/pdf/_build/latex/angles-only.tex").read_text()
+    assert re.search(r"\\item 3 results: \S+ 3 reproduced", tex), "the score"
+    assert r"\caption{Heads, and tails.}" in tex
+    assert "plt.hist" not in tex, "folded code"
+    assert r"\PYG{n}{of\PYGZus{}runs}" in tex, "code that is not folded"
+    assert r"\unprinted{imports: cell 1}" in tex
+    labels = set(re.findall(r"\\label\{\\detokenize\{(.*?)\}\}", tex))
+    wanted = set(re.findall(r"\\(?:hyperref\[|ref\{)\\detokenize\{(.*?)\}", tex))
+    assert wanted - labels == set()
+    assert "notebooks/toy/coins:judged-toy-table-1" in wanted

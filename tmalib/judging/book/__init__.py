@@ -4,7 +4,7 @@
 errata, `concordance` leads from the papers to the book and back, `roles` writes the ledger into sentences,
 `names` and `terms` link the library's names and the field's words, `provenance` gives a chapter the outputs
 of its execution and a list of where they come from, `downloads` the notebook that a reader
-takes along, `launch` the links that start it elsewhere.
+takes along, `launch` the links that start it elsewhere; `pdf` arranges the whole for paper.
 """
 
 from . import (
@@ -15,6 +15,7 @@ from . import (
     graph,
     launch,
     names,
+    pdf,
     provenance,
     roles,
     score,
@@ -48,4 +49,8 @@ def setup(app):
     app.connect("build-finished", downloads.write_downloads)
     app.connect("html-page-context", cards.load_mathjax, priority=300)  # before Sphinx decides on it
     app.connect("build-finished", cards.write_cards)
+    app.connect("config-inited", pdf.name_version)
+    app.connect("doctree-read", pdf.keep_captions)
+    app.connect("doctree-read", pdf.mark_live_views)
+    app.connect("doctree-resolved", pdf.arrange)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

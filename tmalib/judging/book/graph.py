@@ -9,6 +9,7 @@ import textwrap
 from html import escape
 
 from docutils import nodes
+from sphinx.util.texescape import escape as escape_tex
 
 from ..contents import NUMBERED
 from ..statements import BASES, FALSE, MEASURED, OPEN, PROVED, WITH_HAND, foundations, heights
@@ -29,7 +30,8 @@ class StatementGraph(LedgerDirective):
         folder = posixpath.dirname(self.env.docname)
         links = {k: posixpath.relpath(page_of(claim), folder) for k, claim in stated.items()}
         html = drawing(stated, places(stated), links, f"What the statements of {paper.title} rest on")
-        return [nodes.raw("", html, format="html")]
+        tex = on_paper(stated, places(stated))
+        return [nodes.raw("", html, format="html"), nodes.raw("", tex, format="latex")]
 
 
 def numbered(paper, claims):
@@ -97,7 +99,7 @@ def drawing(stated, at, links, title):
     """The SVG in a box that scrolls, and the list of what the borders mean."""
     width, height = (max(sides) for sides in zip(*map(corner_of, at.values()), strict=True))
     width, height = width + WIDTH + 2, height + HEIGHT + 2
-    lines = [curve(at[below], at[key]) for key, claim in stated.items() for below in foundations(claim)]
+    lines = [f'<path d="{path}"/>' for path in curves(stated, at)]
     bases = standing(stated)
     boxes = [box(claim, bases[key], corner_of(at[key]), links[key]) for key, claim in stated.items()]
     size = f'viewBox="0 0 {width:g} {height:g}" width="{width:g}" height="{height:g}"'
@@ -114,6 +116,11 @@ def kind(basis):
     return f"basis-{nodes.make_id(basis)}"
 
 
+def curves(stated, at):
+    """The path of every line."""
+    return [curve(at[below], at[key]) for key, claim in stated.items() for below in foundations(claim)]
+
+
 def curve(below, above):
     """A curve from the right side of one box to the left side of another, through gaps between the others."""
     x, y = corner_of(below)
@@ -127,7 +134,7 @@ def curve(below, above):
         path += f"C{middle:g} {y:g} {middle:g} {to_y:g} {to_x:g} {to_y:g}"
         x, y = to_x + WIDTH, to_y
         path += f"H{x:g}" if column < above[0] else ""
-    return f'<path d="{path}"/>'
+    return path
 
 
 def box(claim, basis, corner, href):
@@ -144,3 +151,23 @@ def box(claim, basis, corner, href):
         + "".join(f'<text x="{left:g}" y="{top:g}"{look}>{text}</text>' for left, top, look, text in texts)
         + "</a>"
     )
+
+
+def on_paper(stated, at):
+    """The same drawing for the PDF, in TikZ, with its legend; the styles are in ``book/pdf.tex``."""
+    bases = standing(stated)
+    lines = [rf"\draw svg[yscale=-1] {{{path}}};" for path in curves(stated, at)]
+    boxes = [box_on_paper(claim, bases[key], corner_of(at[key])) for key, claim in stated.items()]
+    signs = [rf"\basissign{{{kind(b)}}}{{{BASES[b]}}} {b}" for b in BASES if b in bases.values()]
+    drawn = [r"\begin{statementgraph}", *lines, *boxes, r"\end{statementgraph}", r" \quad ".join(signs), ""]
+    return "\n".join(drawn)
+
+
+def box_on_paper(claim, basis, corner):
+    """A linked box with name, verdict and basis."""
+    x, y = corner
+    label = rf"\detokenize{{notebooks/{claim.notebook.removesuffix('.ipynb')}:cell-{claim.cell}}}"
+    name = r"\\".join(escape_tex(line, "xelatex") for line in textwrap.wrap(claim.row, LETTERS))
+    verdict = f"{VERDICTS[claim.verdict]} {claim.verdict}"
+    parts = (kind(basis), f"{x:g}", f"{-y:g}", label, name, verdict, BASES[basis])
+    return r"\statement" + "".join(f"{{{part}}}" for part in parts)

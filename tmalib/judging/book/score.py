@@ -11,6 +11,7 @@ from urllib.parse import urlencode
 
 from docutils import nodes
 from sphinx.util.docutils import SphinxDirective
+from sphinx.util.texescape import escape as escape_tex
 
 from ..paper import GROUPS, read_papers
 from . import ledger
@@ -30,7 +31,7 @@ class Score(SphinxDirective):
             )
             html += f"<p><strong>{escape(paper.title)}</strong></p>\n{bars(found, page)}"
         html = f'<div class="score" role="group" aria-label="Verdicts by paper">\n{html}</div>\n'
-        return [nodes.raw("", html, format="html")]
+        return [nodes.raw("", html, format="html"), nodes.raw("", on_paper(self.env), format="latex")]
 
 
 def bars(claims, page):
@@ -56,6 +57,25 @@ def filtered(address, verdict):
 def counted(number, group):
     """``2 results``, ``1 result``."""
     return f"{number} {group if number != 1 else group.removesuffix('s')}"
+
+
+def on_paper(env):
+    """The score of every paper, as lists for the PDF."""
+    items = ""
+    for paper in read_papers().values():
+        items += f"\\item \\textbf{{{paper.title}}}\n{in_words(ledger.claims_under(env, (paper.key,)))}"
+    return f"\\begin{{itemize}}\n{items}\\end{{itemize}}\n"
+
+
+def in_words(claims):
+    """A list with an item for each group."""
+    items = ""
+    for group in GROUPS:
+        count = Counter(c.verdict for c in claims if c.group == group)
+        words = [f"{sign} {count[word]} {word}" for word, sign in ledger.ALL_SYMBOLS.items() if count[word]]
+        said = escape_tex(", ".join(words), "xelatex")
+        items += f"\\item {counted(count.total(), group)}: {said}\n" if words else ""
+    return f"\\begin{{itemize}}\n{items}\\end{{itemize}}\n"
 
 
 def bar(count, address):
