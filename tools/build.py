@@ -5,8 +5,8 @@ Usage: build.py STEP, from the root of the repository
 stale    copy the chapters that must be executed to build/executing; print which
 keep     take over what was executed, with today's prose
 judge    collect the claims, refuse an incomplete ledger; write build/claims.json and build/figures
-offer    put the PDF into the built book, and links to it where its pages have a place for one
 check    check that the sentences take their verdicts and numbers from the ledger and the cells
+offer    put the PDF into the built book, and a link to it where a page has a place for one
 """
 
 import re

@@ -65,7 +65,7 @@ CAPTION = {
     "tags": ["hide-input"],
 }
 PAGES = {
-    "book/intro.md": "# Toy\n\n```{score}\n```\n\n{cite:t}`toy2026`, {ref}`toy-coins`\n",
+    "book/intro.md": "# Toy\n\n```{score}\n```\n\n{cite:t}`toy2026`, {ref}`toy-coins`\n[]{.link-to-pdf}\n",
     "book/verdicts/toy.md": "# Verdicts\n\n```{ledger-table} toy\n:of: results\n```\n\n"
     "```{bibliography}\n```\n",
     "book/appendix/glossary.md": "# Glossary\n\n:::{glossary}\nshare\n  A part of the whole.\n:::\n",
@@ -216,3 +216,14 @@ def test_the_pdf_has_what_the_pages_have(project):
     wanted = set(re.findall(r"\\(?:hyperref\[|ref\{)\\detokenize\{(.*?)\}", tex))
     assert wanted - labels == set()
     assert "notebooks/toy/coins:judged-toy-table-1" in wanted
+
+
+def test_a_pdf_is_offered_where_there_is_one(project):
+    shutil.copytree(project / "build/site/_build/html", project / "build/html")
+    assert not page(project, "book/intro.html").select(".link-to-pdf a"), "without a PDF"
+    (project / "build/pdf/_build/latex/angles-only.pdf").write_bytes(b"%PDF" + bytes(2_000_000))
+    for _ in range(2):
+        run(project, sys.executable, "tools/build.py", "offer")
+    (link,) = page(project, "../../../html/book/intro.html").select(".link-to-pdf a")
+    assert (project / "build/html/book" / link["href"]).is_file()
+    assert link.parent.get_text().endswith("2 MB.")
