@@ -15,8 +15,8 @@ import tmalib
 FOLDED = {"tag_hide-input", "tag_hide-cell"}
 WIDTHS = {  # of the columns of a table, by its class; those of other long tables follow from their words
     "in-words": (2, 3, 3, 6, 3),
-    "errata-table": (4, 4, 9, 9, 10, 8, 5),
-    "ledger-table": (6, 11, 6, 6, 4, 5, 7, 15),
+    "errata-table": (6, 5, 9, 9, 10, 8, 6),
+    "ledger-table": (6, 10, 6, 6, 5, 5, 7, 15),
     "phrase-table": (3, 4, 2, 6),
 }
 LONG = 30  # rows; Sphinx breaks such a table over pages
