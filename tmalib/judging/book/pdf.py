@@ -100,7 +100,7 @@ def add_labels(root, doctree):
             for name in wanted.intersection(node["ids"]):
                 label = tex(rf"\phantomsection\label{{\detokenize{{{docname_of(root, node)}:{name}}}}}")
                 if isinstance(node, nodes.row):
-                    node[0][0].insert(0, label)
+                    next(node.findall(nodes.paragraph)).insert(0, label)
                 elif isinstance(node, nodes.container):
                     node.insert(0, label)
                 else:
