@@ -40,7 +40,7 @@ def mark_live_views(app, doctree):
     """Cells with a live view, which only the web page can show."""
     for cell in cells_of(doctree):
         outputs = [raw.astext() for raw in cell.findall(nodes.raw)]
-        cell["live"] = any(text.startswith('<div class="live"') for text in outputs)
+        cell["live"] = any('class="live"' in text for text in outputs)
 
 
 def arrange(app, doctree, docname):
