@@ -47,6 +47,7 @@ from .particles import ParticleTrack, sir
 from .priors import FilterState, Prior, prior_along_first_bearing
 from .process_noise import ProcessNoise
 from .profile import profile_criterion
+from .progress import ProgressLine
 from .ranges import Range
 from .recursive import Track, ekf, predict, update
 from .region import Region, confidence_region
@@ -85,6 +86,7 @@ __all__ = [
     "ParticleTrack",
     "Prior",
     "ProcessNoise",
+    "ProgressLine",
     "Range",
     "RayPath",
     "RecordedCourse",
