@@ -53,6 +53,7 @@ from .recursive import Track, ekf, predict, update
 from .region import Region, confidence_region
 from .residuals import ResidualTest, ResidualTests, residual_tests
 from .scenario import Scenario
+from .second_order import second_order_bias
 from .sensors import Sensor
 from .sound_speed import DelayedBearingUnknownSpeed
 from .summary import summarise
@@ -139,6 +140,7 @@ __all__ = [
     "read_track",
     "residual_tests",
     "save",
+    "second_order_bias",
     "sensitivity",
     "sir",
     "statistics",

@@ -34,9 +34,15 @@ def on_loopback(folder, workers=2, paths=()):
     started = []
     try:
         for command in commands(address, workers, folder):
-            process = subprocess.Popen([sys.executable, "-m", *command], env=environment, start_new_session=True,
-                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
-            started.append(process)
+            started.append(
+                subprocess.Popen(
+                    [sys.executable, "-m", *command],
+                    env=environment,
+                    start_new_session=True,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL,
+                )
+            )
         yield address, started[1:]
     finally:
         for process in reversed(started):  # the scheduler last: a worker waits for one that has gone

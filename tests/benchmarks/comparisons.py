@@ -1,7 +1,8 @@
 """What is compared, and the goals: every function prints nothing and returns rows.
 
-A row is a dict: ``what``, ``peer``, ``ratio`` with the middle half of the rounds ``low`` and ``high``, in words
-``of`` what, and a ``goal``, ``[">=", 25]``, where there is one. Answers are compared before anything is timed.
+A row is a dict: ``what``, ``peer``, ``ratio`` with the middle half of the rounds ``low`` and ``high``, in
+words ``of`` what, and a ``goal``, ``[">=", 25]``, where there is one. Answers are compared before anything
+is timed.
 """
 
 import os
@@ -44,7 +45,7 @@ def agree(name, difference, most):
 
 
 def fits(runs=RUNS, few=25):
-    """The batch fit, with and without a start. Peers that go run by run do a few runs, a share of one round."""
+    """The batch fit, with and without a start. Peers that go run by run do a few runs only."""
     case, part, one = problem(runs), problem(few), problem(1)
     scenario = case.scenario
     for name, peer in fit_peers.PEERS.items():
@@ -87,7 +88,7 @@ def filters(counts=(RUNS, 5000)):
     for runs, goal in zip(counts, (10, 6), strict=True):
         case = problem(runs)
         tasks = {
-            "ours": lambda: tma.ekf(case.scenario, case.angles, case.prior),
+            "ours": partial(tma.ekf, case.scenario, case.angles, case.prior),
             "C": partial(filter_peers.in_c, case),
         }
         if runs == counts[0]:
@@ -168,8 +169,8 @@ def memory(small=5000, large=50_000):
     needs = [peak - kept for peak, kept, _ in map(peak_and_result, (small, large))]
     value = needs[1] / needs[0]
     of = f"bytes beyond measurements and results, {large} runs over {small}"
-    return [{"what": "memory of a fit", "peer": "itself", "of": of, "ratio": value, "low": value, "high": value,
-             "goal": ["<=", 1.25], "megabytes": [n / 1e6 for n in needs]}]  # fmt: skip
+    return [{"what": "memory of a fit", "peer": "itself", "of": of, "ratio": value, "low": value,
+             "high": value, "goal": ["<=", 1.25], "megabytes": [n / 1e6 for n in needs]}]  # fmt: skip
 
 
 IMPORT = (

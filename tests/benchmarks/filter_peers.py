@@ -1,4 +1,4 @@
-"""The extended Kalman filter as others have it: functions of a `Problem` that return states at the reference time."""
+"""The extended Kalman filter as others have it: functions of a `Problem`; states at the reference time."""
 
 from datetime import datetime, timedelta
 

@@ -1,4 +1,4 @@
-"""The batch fit as others would write it: every function takes a `Problem` and returns states ``(runs, 4)``."""
+"""The batch fit as others would write it: functions of a `Problem` that return states ``(runs, 4)``."""
 
 from functools import cache, partial
 

@@ -36,7 +36,7 @@ def interleaved(tasks, rounds=ROUNDS):
 
 
 def ratio(slow, fast):
-    """Median over rounds of the ratio of two times, each round by itself, with the range of its middle half."""
+    """Median of the ratios of two times, round by round, and the range of their middle half."""
     low, middle, high = np.quantile(slow / fast, [0.25, 0.5, 0.75])
     return float(middle), float(low), float(high)
 

@@ -3,7 +3,6 @@
 import numpy as np
 from scipy.optimize import least_squares, minimize
 
-import tmalib as tma
 from tmalib.sensitivity import position_criterion, response
 
 

@@ -1,4 +1,4 @@
-"""What everybody solves: scenario 1 of `emw-acoustic`, bearings that arrive at once and bearings that arrive late."""
+"""What everybody solves: scenario 1 of `emw-acoustic`, bearings that arrive at once and late ones."""
 
 from dataclasses import dataclass
 

@@ -5,7 +5,6 @@ Usage: run.py FOLDER
 
 import datetime
 import json
-import operator
 import platform
 import sys
 from importlib.metadata import version
@@ -16,9 +15,9 @@ from measure import pin
 from scaling import series
 
 import tmalib
+from tmalib.speed import is_met
 
 PEERS = ("numpy", "scipy", "numba", "jax", "filterpy", "stonesoup")
-MEETS = {">=": operator.ge, "<=": operator.le}
 
 
 def processor():
@@ -26,11 +25,6 @@ def processor():
     lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return names[0] if names else platform.processor() or platform.machine()
-
-
-def is_met(row):
-    """Whether a row meets its goal; True without one."""
-    return row["goal"] is None or MEETS[row["goal"][0]](row["ratio"], row["goal"][1])
 
 
 def show(row):
@@ -66,9 +60,8 @@ def main(folder):
     path = Path(folder) / f"{today}.json"
     path.write_text(json.dumps(about | {"rows": rows, "series": found}, indent=1) + "\n", encoding="utf-8")
     missed = [row for row in rows if not is_met(row)]
-    print(
-        f"{len(rows)} ratios, {sum(row['goal'] is not None for row in rows)} with a goal, {len(missed)} missed"
-    )
+    goals = sum(row["goal"] is not None for row in rows)
+    print(f"{len(rows)} ratios, {goals} with a goal, {len(missed)} missed")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""How the cost of a fit grows: seconds a run or a measurement, as series ``{name: {"x": [...], "y": [...]}}``."""
+"""How the cost of a fit grows: seconds a run, as series ``{name: {"x": [...], "y": [...]}}``."""
 
 import numpy as np
 from measure import interleaved

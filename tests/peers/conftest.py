@@ -1,4 +1,4 @@
-"""Peers are in `tests/benchmarks`, in a lock of their own: `make peers`. Elsewhere these tests are not collected."""
+"""Peers are in `tests/benchmarks`, in a lock of their own (`make peers`); elsewhere nothing is collected."""
 
 import sys
 from importlib.util import find_spec

@@ -16,7 +16,9 @@ from tmalib.papers.emw_acoustic import scenarios as emw
 from tmalib.papers.robustness import scenarios as robust
 from tmalib.sensitivity import differential, position_criterion, worst_sup
 
-FILTERS = filter_peers.PEERS | {"Stone Soup, our gradient": partial(filter_peers.in_stone_soup, analytic=True)}
+FILTERS = filter_peers.PEERS | {
+    "Stone Soup, our gradient": partial(filter_peers.in_stone_soup, analytic=True)
+}
 
 
 @pytest.mark.parametrize("number", [1, 4])

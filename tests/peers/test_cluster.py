@@ -1,4 +1,4 @@
-"""`monte_carlo` on a dask.distributed cluster: scheduler and two workers as processes of their own, on loopback."""
+"""`monte_carlo` on a dask.distributed cluster: a scheduler and two workers, processes on loopback."""
 
 import signal
 import time
