@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 from cluster import commands, on_loopback
 from distributed import Client
-from run import processor
 
 import tmalib as tma
 from tmalib.papers.emw_acoustic import scenarios as emw
+from tmalib.speed import processor
 
 WORKERS, STREAM = 2, "a million"
 

@@ -15,16 +15,9 @@ from measure import pin
 from scaling import series
 
 import tmalib
-from tmalib.speed import is_met
+from tmalib.speed import is_met, processor
 
 PEERS = ("numpy", "scipy", "numba", "jax", "filterpy", "stonesoup")
-
-
-def processor():
-    """The processor in words."""
-    lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or platform.machine()
 
 
 def show(row):

@@ -6,6 +6,7 @@ versions. ``million.json`` is what `make million` counted.
 
 import json
 import operator
+import platform
 from html import escape
 from pathlib import Path
 
@@ -21,6 +22,19 @@ def newest() -> dict:
 def million() -> dict:
     """What the million runs gave, and what they took."""
     return json.loads((FOLDER / "million.json").read_text(encoding="utf-8"))
+
+
+def chapters() -> dict:
+    """How long every chapter took from nothing: `make times`."""
+    return json.loads((FOLDER / "chapters.json").read_text(encoding="utf-8"))
+
+
+def processor() -> str:
+    """The processor of this machine in words."""
+    about = Path("/proc/cpuinfo")
+    lines = about.read_text(encoding="utf-8").splitlines() if about.exists() else []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
 
 
 def is_met(row: dict) -> bool:
