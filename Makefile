@@ -40,7 +40,7 @@ unexport MPLBACKEND MATPLOTLIBRC PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONWARNI
   PYTHONSAFEPATH PYTHONPLATLIBDIR PYTEST_ADDOPTS PYTEST_PLUGINS JUPYTER_PATH JUPYTER_CONFIG_PATH \
   PIP_USER PIP_TARGET PIP_PREFIX PIP_ROOT PIP_PYTHON VIRTUAL_ENV
 
-.PHONY: help env lock lint notebooks claims book test unit site-test figures peers bench million times starts peers-lock reseed study study-lock serve clean FORCE
+.PHONY: help env lock lint notebooks claims book test unit site-test figures peers bench million conformance problems times starts peers-lock reseed study study-lock serve clean FORCE
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/\1\t\2/p' Makefile | expand -t 14
@@ -130,6 +130,12 @@ bench: $(PEERS)/.requirements  ## the speed of all of these in one run, with goa
 million: $(PEERS)/.requirements  ## a million runs of a table on a cluster on loopback: tmalib/speed (five minutes)
 	$(PEERS)/bin/python tests/benchmarks/million.py build/million
 	cp build/million/million.json tmalib/speed
+
+conformance: $(PEERS)/.requirements  ## what other estimators make of the forty problems: tmalib/conformance
+	$(PEERS)/bin/python tests/benchmarks/conformance.py tmalib/conformance/results.json
+
+problems: $(ENV)  ## make the forty problems anew, and search for their answers
+	PYTHONPATH=tests $(BIN)/python tests/conformance/make_problems.py tmalib/conformance
 
 times: $(ENV)  ## how long each chapter takes from nothing: tmalib/speed (ten minutes, quiet machine)
 	$(BIN)/python tools/times.py $(JOBS)

@@ -19,6 +19,7 @@ UNTYPED = (
     "tmalib.papers",
     "tmalib.study",
     "tmalib.speed",
+    "tmalib.conformance",
     "tmalib.beyond",
     "tmalib.judging.",
     "tmalib.__main__",

@@ -62,7 +62,7 @@ def other_problems(rng):
         yield f"wild-bearings-{k + 1}", plain, {"wild": share}
     cones = [
         conical.section_5_2(2000.0, assumed_depth=100.0),
-        conical.section_5_2(4000.0),
+        conical.section_5_2(4000.0, assumed_depth=100.0),
         conical.close_target(),
     ]
     for k, scenario in enumerate([*cones, conical.turning_array(assumed_depth=100.0)]):
