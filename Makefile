@@ -42,7 +42,8 @@ unexport MPLBACKEND MATPLOTLIBRC PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONWARNI
   PYTHONSAFEPATH PYTHONPLATLIBDIR PYTEST_ADDOPTS PYTEST_PLUGINS JUPYTER_PATH JUPYTER_CONFIG_PATH \
   PIP_USER PIP_TARGET PIP_PREFIX PIP_ROOT PIP_PYTHON VIRTUAL_ENV
 
-.PHONY: help env lock lint notebooks claims book pdf tex test unit site-test figures bench reseed study study-lock lab serve clean FORCE
+.PHONY: help env lock lint notebooks claims book pdf tex test unit site-test figures peers bench million conformance \
+  problems times starts peers-lock reseed study study-lock lab serve clean FORCE
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/\1\t\2/p' Makefile | expand -t 14
@@ -131,8 +132,42 @@ site-test: $(ENV)  ## check the built book in Chromium
 	@echo "==> Browser checks of the book"
 	$(BIN)/python -m pytest tests/site -n $(JOBS)
 
-bench: $(ENV)  ## measure the estimators: speed, and fits without a start that are lost
-	$(BIN)/python -m pytest tests/benchmarks -s
+# Other estimators, and what runs a cluster, in an environment of their own; numpy and scipy are the book's.
+PEERS = .venv-peers
+$(PEERS)/.requirements: tools/peers/environment.txt Makefile
+	@echo "==> Python environment of the peers: $(PEERS)"
+	$(PYTHON) -m venv --clear $(PEERS)
+	$(PEERS)/bin/python -m pip install --quiet --require-hashes --only-binary :all: -r tools/peers/environment.txt
+	@echo "$(CURDIR)" > "$$($(PEERS)/bin/python -c 'import site; print(site.getsitepackages()[0])')/tmalib.pth"
+	@touch $@
+
+peers: $(PEERS)/.requirements  ## scipy, Numba, JAX, C, filterpy and Stone Soup on the same data; a cluster on loopback
+	@echo "==> Peers"
+	$(PEERS)/bin/python -m pytest -q -p no:cacheprovider tests/peers
+
+bench: $(PEERS)/.requirements  ## the speed of all of these in one run, with goals: tmalib/speed (three minutes, quiet machine)
+	XLA_FLAGS=--xla_cpu_multi_thread_eigen=false $(PEERS)/bin/python tests/benchmarks/run.py tmalib/speed
+
+million: $(PEERS)/.requirements  ## a million runs of a table on a cluster on loopback: tmalib/speed (five minutes)
+	$(PEERS)/bin/python tests/benchmarks/million.py build/million
+	cp build/million/million.json tmalib/speed
+
+conformance: $(PEERS)/.requirements  ## what other estimators make of the forty problems: tmalib/conformance
+	$(PEERS)/bin/python tests/benchmarks/conformance.py tmalib/conformance/results.json
+
+problems: $(ENV)  ## make the forty problems anew, and search for their answers
+	PYTHONPATH=tests $(BIN)/python tests/conformance/make_problems.py tmalib/conformance
+
+times: $(ENV)  ## how long each chapter takes from nothing: tmalib/speed (ten minutes, quiet machine)
+	$(BIN)/python tools/times.py $(JOBS)
+
+starts: $(ENV)  ## how many fits without a start are lost, over random scenarios (STARTS=830 for 5 000)
+	$(BIN)/python -m pytest tests/benchmarks/test_starts.py -s
+
+peers-lock: $(ENV)  ## compile tools/peers/environment.in into its environment.txt
+	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --only-binary :all: \
+	  -c environment.txt --custom-compile-command "make peers-lock" tools/peers/environment.in \
+	  -o tools/peers/environment.txt
 
 # From the package index, by version and hash: recorded tracks, and Stone Soup with what it needs, in an environment
 # of its own. What is counted goes into tmalib/study, the book reads it there; continuous integration does not run it.

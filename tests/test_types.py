@@ -15,7 +15,15 @@ import pytest
 import tmalib
 
 ROOT = Path(__file__).parent.parent
-UNTYPED = ("tmalib.papers", "tmalib.study", "tmalib.beyond", "tmalib.judging.", "tmalib.__main__")
+UNTYPED = (
+    "tmalib.papers",
+    "tmalib.study",
+    "tmalib.speed",
+    "tmalib.conformance",
+    "tmalib.beyond",
+    "tmalib.judging.",
+    "tmalib.__main__",
+)
 WRITTEN = ("__init__", "__getitem__", "__iter__", "__len__")  # methods with underscores that have annotations
 CACHE = ROOT / "build" / "mypy-tests"
 RIGHT = """

@@ -47,11 +47,13 @@ from .particles import ParticleTrack, sir
 from .priors import FilterState, Prior, prior_along_first_bearing
 from .process_noise import ProcessNoise
 from .profile import profile_criterion
+from .progress import ProgressLine
 from .ranges import Range
 from .recursive import Track, ekf, predict, update
 from .region import Region, confidence_region
 from .residuals import ResidualTest, ResidualTests, residual_tests
 from .scenario import Scenario
+from .second_order import second_order_bias
 from .sensors import Sensor
 from .sound_speed import DelayedBearingUnknownSpeed
 from .summary import summarise
@@ -85,6 +87,7 @@ __all__ = [
     "ParticleTrack",
     "Prior",
     "ProcessNoise",
+    "ProgressLine",
     "Range",
     "RayPath",
     "RecordedCourse",
@@ -137,6 +140,7 @@ __all__ = [
     "read_track",
     "residual_tests",
     "save",
+    "second_order_bias",
     "sensitivity",
     "sir",
     "statistics",

@@ -33,7 +33,8 @@ from .types import BoolArray, FloatArray, IntArray, Motion
 from .uniform import PLANE, is_uniform, moving_pairs, propagate
 from .unknown_sigma import with_estimated_sigmas
 
-FLAT = 1e-9  # a scaled determinant of the information below which its rank is looked at
+BLOCK = 500  # runs at once: what is needed besides measurements and results is then bounded
+FLAT = 1e-11  # a scaled determinant below which the rank is looked at; rounding leaves 1e-14 of none
 
 
 def first_bearing(scenario: Scenario) -> tuple[int, Motion]:
@@ -217,8 +218,11 @@ def without_gaps(scenario: Scenario, angles: FloatArray) -> Iterator[tuple[Scena
 def _fit_what_is_there(scenario, angles, start, settings):
     """State, status, iterations and criterion of runs ``(runs, N)``: those with the same gaps go together."""
     complete = _fit_robustly if settings.loss else _fit_complete
-    if not np.isnan(angles).any():
-        return complete(scenario, angles, start, settings)
+    if not np.isnan(angles.min(initial=np.inf)):  # without an array of truth values
+        parts = [slice(i, i + BLOCK) for i in range(0, max(1, len(angles)), BLOCK)]
+        first = [None if start is None else start[part] for part in parts]
+        found = [complete(scenario, angles[p], f, settings) for p, f in zip(parts, first, strict=True)]
+        return [np.concatenate(column) for column in zip(*found, strict=True)]
     runs, n = len(angles), len(scenario.coordinates)
     state, status = np.full((runs, n), np.nan), np.full(runs, words.NOT_OBSERVABLE, dtype=f"<U{words.WIDTH}")
     fields = (state, status, np.zeros(runs, dtype=int), np.full(runs, np.nan))
@@ -251,7 +255,8 @@ def _fit_complete(scenario, angles, start, settings):
     without, (chart, *others) = start is None, settings
     chart = chart_of(scenario, chart)
     if without and not has_cosines(scenario):
-        finite = angles if np.isfinite(angles).all() else np.where(np.isfinite(angles), angles, np.nan)
+        ends = angles.min(initial=0), angles.max(initial=0)
+        finite = angles if np.isfinite(ends).all() else np.where(np.isfinite(angles), angles, np.nan)
         found = fit_without_start(scenario, finite, chart, *others)
         start = found.state
     else:

@@ -128,9 +128,7 @@ def minimise(
             state[run], status[run], cost[run] = chart.to_state(end[which]), why, best_cost[which]
             iterations[run] = evaluations
             status[run[np.hypot(state[run, 0], state[run, 1]) > FAR]] = words.RAN_AWAY
-            with np.errstate(all="ignore"):  # without information there is no volume: NaN
-                diagonal = np.diagonal(matrix[which], axis1=-2, axis2=-1)
-                volume[run] = np.linalg.det(matrix[which]) / np.prod(diagonal, axis=-1)
+            volume[run] = _scaled_determinant(matrix[which], best[which], chart)
 
     # One row for each run that still iterates; `active` says which run it is. `best`, `trial` and the
     # equations are in the chart's coordinates.
@@ -211,6 +209,19 @@ def _normal_equations(blocks, measured, point, chart, loss=None):
             matrix = jacobian.mT @ matrix @ jacobian
             slope = np.vecdot(jacobian.mT, slope[:, None, :])
     return cost, matrix, slope
+
+
+def _scaled_determinant(matrix, point, chart):
+    """Determinant of the equations in the state's own coordinates, scaled to a unit diagonal.
+
+    A chart may have a coordinate of which nothing is known, such as the inverse range of a motionless ship's
+    target: scaled, what rounding leaves of it looks like any other. No component of the state is so.
+    """
+    with np.errstate(all="ignore"):  # without information there is no volume: NaN
+        if not isinstance(chart, Cartesian):
+            slope = chart.inverse_jacobian(point)
+            matrix = slope.mT @ matrix @ slope
+        return np.linalg.det(matrix) / np.prod(np.diagonal(matrix, axis1=-2, axis2=-1), axis=-1)
 
 
 def _damped_step(matrix, slope, damping):

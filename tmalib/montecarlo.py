@@ -145,9 +145,11 @@ def monte_carlo(
         Where the random numbers come from; any name will do.
     seed : int
     executor : concurrent.futures.Executor, optional
-        Anything with an ordered ``map``: a process pool, dask's or mpi4py's executor. Serial by default.
+        Anything with an ordered ``map``: a process pool, ``Client.get_executor()`` of dask.distributed,
+        mpi4py's executor. Serial by default.
     progress : callable, optional
-        ``progress(finished, total)`` is called with numbers of runs after every chunk of 500, in order.
+        ``progress(finished, total)`` is called with numbers of runs after every chunk of 500, in order;
+        `ProgressLine` shows them with the time that is left.
     keep : str or path, optional
         A folder into which every chunk is written when it is finished. After an interrupt or an exception
         the same call goes on with what is missing. Runs of another task, stream or seed are refused; take

@@ -179,9 +179,11 @@ class Scenario:
         if angles.ndim == 0 or angles.shape[-1] != len(self.times):
             raise ValueError(f"measurements must have shape (..., {len(self.times)}), got {angles.shape}")
         for block in self.blocks:
-            part = np.abs(angles[..., block.columns])
-            least = np.min(part, initial=np.inf, where=~np.isnan(part))
-            if getattr(block.sensor.model, "is_bearing", False) and 2 * np.pi < least < np.inf:
+            part = angles[..., block.columns]
+            if not getattr(block.sensor.model, "is_bearing", False) or _some_are_within(part, 2 * np.pi):
+                continue
+            least = np.min(np.abs(part), initial=np.inf, where=~np.isnan(part))
+            if least < np.inf:
                 raise ValueError(
                     f"measurements of {block.sensor.name} must be bearings in radians, but all are beyond "
                     f"2 pi, from {least:g} on: this looks like degrees"
@@ -285,3 +287,8 @@ class Scenario:
     def columns_until(self, time: float) -> IntArray:
         """Columns of the measurement vector that `until` keeps, shape ``(N',)``."""
         return self.columns_between(-np.inf, time)
+
+
+def _some_are_within(angles, limit):
+    """Whether some angle is not larger than a limit; most often the first of each run tells."""
+    return any(np.any((part <= limit) & (part >= -limit)) for part in (angles[..., :1], angles))

@@ -1,4 +1,4 @@
-"""How often a fit without a start is lost, and what it costs; `make bench` prints a table. No pass, no fail.
+"""How often a fit without a start is lost, and what it costs; `make starts` prints a table. No pass, no fail.
 
 A run is *lost* if the fit without a start has not converged, or has converged *elsewhere*, to a criterion
 above the best that is known: that of the fit from the truth and, for one scenario in ten, of scipy's
@@ -10,7 +10,7 @@ platforms with `STARTS_SEED=33`, run 1 of scenario 220 has one, 4.5 below the ot
 46 km away is 560 km away there, at 243 m/s. Fits from held ranges of 120 km and less all end at the nearer
 minimum; from 300 km they end at the other. With 40 starts of up to 60 km scipy comes there by a long step.
 
-`STARTS=830 make bench` takes 830 scenarios a family, 5 000 in all; `STARTS_SEED` draws others.
+`STARTS=830 make starts` takes 830 scenarios a family, 5 000 in all; `STARTS_SEED` draws others.
 """
 
 import os

@@ -23,7 +23,8 @@ def import_graph():
 
 def data_in(folder):
     """Manifest and ledger, or other data, in a folder; not ``contents.toml``, which only the book reads."""
-    return [path for path in (*folder.glob("*.toml"), *folder.glob("*.csv")) if path.name != "contents.toml"]
+    files = (path for kind in ("toml", "csv", "json") for path in folder.glob(f"*.{kind}"))
+    return [path for path in files if path.name != "contents.toml"]
 
 
 def code_of_modules(*names):
