@@ -43,6 +43,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -173,8 +174,8 @@ class DepartureEffect:
         return Departed(self._uniform, self.others, tuple(amounts.tolist()))
 
     @property
-    def _uniform(self) -> Motion:
-        return check_has("the target of scenario", self.scenario.target, "position_at")  # type: ignore[return-value]
+    def _uniform(self) -> Any:
+        return self.scenario.target
 
     def _amounts(self, amounts: ArrayLike) -> FloatArray:
         amounts, kinds = as_numbers("amounts", amounts), len(self.others)
@@ -271,7 +272,7 @@ def departure_effect(
     """
     if hasattr(others, "position_at"):
         others = (others,)
-    others = tuple(check_has("each of others", other, "position_at") for other in others)  # type: ignore[union-attr]
+    others = tuple(check_has("each of others", other, "position_at") for other in others)
     if not others:
         raise ValueError("others is empty; a departure needs at least one other motion")
     check_is("scenario", scenario, Scenario)
@@ -282,7 +283,8 @@ def departure_effect(
     scale = np.linalg.norm(jacobian, axis=0)
     basis = np.linalg.qr(jacobian / scale)[0]
     shift = np.linalg.lstsq(jacobian / scale, slope)[0] / scale[:, None]
-    gain = criterion @ shift - ways(scenario.target, others, time).T
+    uniform: Any = scenario.target  # there is one, or there were no Jacobian
+    gain = criterion @ shift - ways(uniform, others, time).T
     residual = slope - basis @ (basis.T @ slope)
     slow = slow_functions(scenario, COSINES)
     left, singular, _ = np.linalg.svd(slow - basis @ (basis.T @ slow), full_matrices=False)
