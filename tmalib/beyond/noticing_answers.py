@@ -23,7 +23,18 @@ from ..process_noise import ProcessNoise
 from ..recursive import ekf
 from ..sensitivity import position_criterion
 from ..study.cases import AT_SEA
-from .noticing import STREAM, a_metre_of, own_course, p_values, target_of, turn_of, watch, watch_from
+from .noticing import (
+    OWN_SPEED,
+    OWN_TURN,
+    STREAM,
+    a_metre_of,
+    own_course,
+    p_values,
+    target_of,
+    turn_of,
+    watch,
+    watch_from,
+)
 
 LEVEL = 0.05
 PRIOR = (8e3, 4e3, 5.0)  # of the filters: range and its standard deviation in m, speed in m/s
@@ -41,13 +52,13 @@ def answered(seed, runs, size, densities):
     """Task: a turn answered in several ways; errors of the last position ``(runs, 2)``, and p-values.
 
     ``straight``, ``turning`` and ``accelerated`` are fits, ``filter_k`` filters with the k-th density of
-    process noise (m^2/s^3), and ``covariance_k`` what they claim. ``rise`` is by how much the criterion of
-    the straight fit exceeds that of the turning one.
+    process noise (m^2/s^3). ``stated`` and ``covariance_k`` are what the first and the filters say of their
+    errors, ``rise`` by how much the criterion of the straight fit exceeds that of the turning one.
     """
     target = target_of("turn", size)
     angles = watch().with_target(target).simulate(runs, seed)
     found, end = fit(watch(), angles), target.position_at(AT_SEA.length)
-    results = p_values(found) | {"straight": found.state[:, :2] - end}
+    results = p_values(found) | {"straight": found.state[:, :2] - end, "stated": found.covariance[:, :2, :2]}
     richer = {"turning": TurningBearing(), "accelerated": AcceleratedBearing()}
     for name, model in richer.items():
         start = np.column_stack([found.state, np.zeros((runs, len(model.coordinates) - 4))])
@@ -116,6 +127,12 @@ def wandering(scenario, density, slope):
     return claimed[:2, :2], map_ @ map_.T, map_ @ slope
 
 
+def watch_of_legs(legs):
+    """The watch of the chapter with an own ship that turns to and fro, on a number of equal legs."""
+    own = own_course(OWN_SPEED, [OWN_TURN * (k % 2) for k in range(legs)])
+    return watch_from(own, watch().target)
+
+
 def random_watch(legs, rng):
     """A watch with a number of legs in which the last position is known to a tenth of the range."""
     while True:
@@ -138,11 +155,14 @@ def price_of_turn(scenario, time=None):
     """What a turn does at the edge of noticing, a dict of numbers.
 
     ``harm`` is the error over the bound where the noncentrality is one, ``size`` that of the turn in metres,
-    ``price`` that of a model that turns, ``bound`` the bound in metres.
+    ``price`` that of a model that turns, ``bound`` the bound in metres, and ``drift`` the error in metres at
+    which the test of drift notices every second turn.
     """
     found = departure_effect(scenario, a_metre_of(scenario, turn_of(scenario)), time)
     size, bound = 1 / np.sqrt(float(found.noncentrality(1.0))), np.sqrt(np.trace(found.bound))
-    return {"harm": float(found.error(size) / bound), "size": size, "price": found.price, "bound": bound}
+    drift = float(found.error(found.hidden(0.5, "drift")))
+    harm = float(found.error(size) / bound)
+    return {"harm": harm, "size": size, "price": found.price, "bound": bound, "drift": drift}
 
 
 def harms_of_watches(legs, count):
