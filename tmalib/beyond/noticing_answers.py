@@ -200,9 +200,9 @@ def hidden_of_tracks(rows, misfit):
     return {"hidden": int(chosen.sum()), "harmful": int((ratio > 1).sum())}
 
 
-def bound_that_turns(scenario):
-    """Root of the trace of the bound of the last position for a model that turns, at a turn rate of zero."""
-    found = crlb(with_model(scenario, TurningBearing()), [*scenario.state, 0.0])
+def bound_that_turns(scenario, rate=0.0):
+    """Root of the trace of the bound of the last position for a model that turns, at a turn rate in rad/s."""
+    found = crlb(with_model(scenario, TurningBearing()), [*scenario.state, rate])
     return float(np.sqrt(np.trace(found[:2, :2])))
 
 
