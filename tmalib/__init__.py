@@ -34,6 +34,7 @@ from .clouds import Cloud, cloud_along_first_bearing
 from .cones import BOTTOM_BOUNCE, DIRECT, SURFACE_BOUNCE, ConicalAngle, RayPath, image_depth
 from .consistency import Consistency, compare_with_truth, fit_over_time
 from .curved import AcceleratedBearing, TurningBearing
+from .departures import DepartureEffect, departure_effect
 from .doppler import DopplerFrequency
 from .ellipse import Ellipse, confidence_ellipse
 from .estimate import Estimate, Fit
@@ -76,6 +77,7 @@ __all__ = [
     "Course",
     "DelayedBearing",
     "DelayedBearingUnknownSpeed",
+    "DepartureEffect",
     "DopplerFrequency",
     "Ellipse",
     "Estimate",
@@ -118,6 +120,7 @@ __all__ = [
     "confidence_region",
     "crlb",
     "crlb_sigma",
+    "departure_effect",
     "distinct_minima",
     "ekf",
     "find_ghosts",
