@@ -15,10 +15,13 @@ from ..batch import fit
 from ..bounds import crlb, nees
 from ..cones import DIRECT, image_depth
 from ..layered_water import LayeredWater
+from ..montecarlo import Stream
 from ..papers.conical_angles import scenarios as conical
 from ..ray_tracing import effective_speed, eigenrays
 from ..sound_profile import SoundSpeedProfile
 
+STREAM = Stream("beyond/curved_rays")
+START = (8000.0, 8000.0, 0.0, 0.0)  # m and m/s: that of the paper
 ARCTIC = ("latitude_Arctic", "longitude_Arctic")  # names in the file, where those of the others follow a rule
 FINE = 400  # rays of a fan that neither turns nor bounces
 
@@ -152,12 +155,28 @@ def factors(scenario, states, profile):
 
 
 def trace_and_fit(scenario, measured, profile, states, rounds):
-    """Estimates ``(rounds + 1, runs, n)``: by straight rays, then with the last one's `factors` divided out."""
+    """Estimates ``(rounds + 1, runs, n)``: by straight rays, then with their `factors` divided out."""
     found = [fit(scenario, measured, states).state]
     for _ in range(rounds):
         straight = measured / factors(scenario, found[-1], profile)
         found.append(fit(scenario, straight, found[-1]).state)
     return np.stack(found)
+
+
+def two_ray_runs(seed, runs, place, bottom_depth):
+    """Section 5.2 along traced rays: errors ``(runs, 4)`` of the fits, the target's depth known.
+
+    ``straight`` fits straight rays, ``traced`` goes on with one round of `trace_and_fit`; ``uniform`` is the
+    straight fit with the same noise in water without layers. ``seed`` and ``runs`` as of any task for
+    `tmalib.monte_carlo`.
+    """
+    scenario, profile = conical.section_5_2(bottom_depth, conical.TARGET_DEPTH), profiles()[place]
+    clean = traced(scenario, scenario.state[None], profile, "array")
+    uniform = scenario.simulate(runs, seed)
+    measured = clean + uniform - scenario.measure()
+    straight, once = trace_and_fit(scenario, measured, profile, np.array(START), rounds=1)
+    found = {"straight": straight, "traced": once, "uniform": fit(scenario, uniform, np.array(START)).state}
+    return {name: states - scenario.state for name, states in found.items()}
 
 
 def direct_level(profile, bottom_depth, distances, target_depth=conical.TARGET_DEPTH):
