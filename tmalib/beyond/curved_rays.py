@@ -196,6 +196,7 @@ def direct_level(profile, bottom_depth, distances, target_depth=conical.TARGET_D
             if not turns:
                 slowness = np.sin(np.linspace(0, np.pi / 2, FINE)[1:]) * slowness[-1]
             far = water.advance(slowness, family)[0]
+            slowness, far = slowness[np.isfinite(far)], far[np.isfinite(far)]
             leaves, arrives = (np.arccos(np.minimum(1, slowness * c)) for c in (water.target, water.array))
             for i in range(len(slowness) - 1):
                 x, turned = np.mean(far[i : i + 2]), np.abs(leaves[i + 1] - leaves[i])

@@ -67,6 +67,8 @@ class Omission:
         What each gives for these rows.
     used : str
         The reading that the book's chapters use.
+    simulated : bool
+        Whether the Monte-Carlo numbers beside these rows depend on it as well.
     """
 
     name: str
@@ -75,6 +77,7 @@ class Omission:
     keys: tuple
     readings: dict[str, np.ndarray]
     used: str
+    simulated: bool = False
 
     @property
     def printed(self):
@@ -100,13 +103,20 @@ class Omission:
         return {name: np.abs(values / best - 1).max() for name, values in self.readings.items()}
 
     def depending(self):
-        """Deterministic rows that some reading moves by more than a unit; Monte-Carlo rows of the tables."""
+        """How many rows some reading moves by more than a unit, and Monte-Carlo rows that depend on it."""
         best = self.readings[self.used]
         moved = np.max([np.abs(values - best) for values in self.readings.values()], axis=0)
         digits = [p.last_digit for p in self.printed]
-        tables = {table for table, _, _ in self.keys}
+        tables = {table for table, _, _ in self.keys if self.simulated}
         of_runs = [p for p in self.paper.ledger.values() if p.table in tables and p.kind == "monte-carlo"]
         return int(np.sum(moved > digits)), len(of_runs)
+
+    def fitting_if_rounded(self, digits):
+        """How many readings would give all numbers to within a unit, were these printed to so many digits."""
+        best = self.readings[self.used]
+        unit = _unit(best, digits)
+        fits = [np.all(np.abs(now - unit * np.round(best / unit)) <= unit) for now in self.readings.values()]
+        return int(np.sum(fits))
 
     def digits_needed(self):
         """Significant digits with which each number alone would have told the reading, ``(rows,)``.
@@ -119,12 +129,17 @@ class Omission:
         for i, value in enumerate(best):
             enough = np.inf
             for digits in range(MOST_DIGITS, 0, -1):
-                unit = 10.0 ** (np.floor(np.log10(abs(value))) - digits + 1)
+                unit = _unit(value, digits)
                 if np.any(np.abs(others[:, i] - unit * np.round(value / unit)) <= unit):
                     break
                 enough = digits
             found.append(enough)
         return np.array(found)
+
+
+def _unit(value, digits):
+    """One unit of the last of so many significant digits."""
+    return 10.0 ** (np.floor(np.log10(np.abs(value))) - digits + 1)
 
 
 def runs_needed(difference):
@@ -157,7 +172,7 @@ def course():
                 name = f"{radius}, {angle}, {'repeated' if repeat else 'continued'}"
                 found[name] = np.concatenate([_both_bounds(n, **setting) for n in TABLES])
     keys = [(TABLES[n], row, c) for n in TABLES for c in ("std_crlb", "std_crlb_botma") for row in ROWS]
-    return Omission("observer's course", EMW, "emw-1", tuple(keys), found, "200 m, 135°, repeated")
+    return Omission("observer's course", EMW, "emw-1", tuple(keys), found, "200 m, 135°, repeated", True)
 
 
 def _both_bounds(number, **setting):
@@ -209,7 +224,7 @@ def samples():
         )
         for name, pairs in spans.items()
     }
-    return Omission("number of samples", CONICAL, "conical-14", FOUR, found, "both ends")
+    return Omission("number of samples", CONICAL, "conical-14", FOUR, found, "both ends", True)
 
 
 def depth_of_the_bound():
@@ -233,7 +248,7 @@ def turn():
             found[f"{name}, heading {lag:.0f} s old"] = _nine_bounds(lag=lag, **setting)
     keys = [("Table 3", row, "std_crlb") for row in DEPTH_TOO] + [("Table 4", r, "std_crlb") for r in ROWS]
     used = "405 s, to 800 s, heading 2 s old"
-    return Omission("turn and its heading", CONICAL, "conical-20", tuple(keys), found, used)
+    return Omission("turn and its heading", CONICAL, "conical-20", tuple(keys), found, used, True)
 
 
 def _nine_bounds(north=False, **setting):

@@ -6,7 +6,7 @@ from .. import figures
 from .reproducible import seen_by
 
 LEAST = 3e-7  # relative difference at the left end, where those stand that are not different at all
-COLUMNS = ("readings", "that fit", "rows", "digits")
+COLUMNS = ("tried", "fit", "rows", "digits")
 
 
 def readings(omissions, runs):
@@ -18,7 +18,8 @@ def readings(omissions, runs):
     runs : int
         Of the papers' Monte-Carlo experiments.
     """
-    fig, ax = plt.subplots(figsize=(7.0, 4.6))
+    fig, (ax, beside) = plt.subplots(1, 2, figsize=(7.0, 4.4), sharey=True, width_ratios=(2.2, 1))
+    beside.axis("off")
     ax.axvspan(seen_by(runs), 30, color=figures.colour("printed"), alpha=0.35, linewidth=0)
     for digits in range(1, 7):
         ax.axvline(10.0 ** (1 - digits), color="0.6", linewidth=0.8, linestyle=":")
@@ -36,17 +37,18 @@ def readings(omissions, runs):
                 max(value, LEAST), row, "o", markersize=8, markerfacecolor=face,
                 markeredgecolor=figures.colour("target"), markeredgewidth=1.6, clip_on=False,
             )  # fmt: skip
-        _columns(ax, row, now, sum(count == most for count in agreeing.values()))
+        _columns(beside, row, now, sum(count == most for count in agreeing.values()))
+        ax.axhline(row, color="0.9", linewidth=0.6, zorder=0)
     for place, title in enumerate(COLUMNS):
-        ax.annotate(title, (1.07 + 0.125 * place, 1.02), xycoords="axes fraction", ha="center", fontsize=8.5)
+        beside.annotate(title, (place, 1.02), xycoords=("data", "axes fraction"), ha="center", fontsize=8.5)
     ax.annotate(
-        f"told by the spread\nof {runs} runs", (0.985, 0.01), xycoords="axes fraction", ha="right", va="bottom",
-        color=figures.colour("platform"), fontsize=8.5,
+        f"seen by the\nspread of\n{runs} runs", (0.985, 0.64), xycoords="axes fraction", ha="right",
+        va="center", color=figures.colour("platform"), fontsize=8.5,
     )  # fmt: skip
     ax.set_xscale("log")
     ax.set(xlim=(LEAST, 30), ylim=(len(omissions) - 0.4, -0.6))
     ax.set_xlabel("Largest relative difference of a printed number from the reading in use")
-    ax.set_title("significant digits that can tell it", fontsize=9, pad=16)
+    ax.set_title("digits that see it", fontsize=9, pad=16)
     ax.set_yticks(range(len(omissions)), [now.name for now in omissions])
     ax.grid(False)
     return fig
@@ -63,8 +65,5 @@ def _columns(ax, row, now, fitting):
         least if least == most else f"{least} to {most}",
     )
     for place, value in enumerate(values):
-        ax.annotate(
-            value, (1.07 + 0.125 * place, row), xycoords=("axes fraction", "data"), ha="center", va="center",
-            fontsize=9,
-        )  # fmt: skip
-    ax.axhline(row, color="0.9", linewidth=0.6, zorder=0)
+        ax.annotate(value, (place, row), ha="center", va="center", fontsize=9)
+    ax.set_xlim(-0.5, len(COLUMNS) - 0.5)
