@@ -103,3 +103,27 @@ def test_the_checklist_has_at_most_twelve_lines_each_with_its_evidence():
     assert cited <= set(ERRATA)
     settings = set(reproducible.KINDS[reproducible.SETTING].split())
     assert settings - cited <= {"conical-12", "conical-18"}, "and none of the omissions is forgotten"
+
+
+def test_the_radius_left_open_is_where_the_bounds_round_alike():
+    """At the ends, computed without interpolation, a bound is a unit off; within, none; outside, one more."""
+
+    def off(radius, digits):
+        course = emw.course_as_computed(1, radius=radius)
+        scenarios = [emw.scenario(1), emw.botma_scenario(emw.scenario(1))]
+        bounds, best = (
+            np.concatenate(
+                [tma.crlb_sigma(tma.Scenario(path, s.sensors, s.reference_time, s.target)) for s in scenarios]
+            )
+            for path in (course, emw.course_as_computed(1))
+        )
+        unit = 10.0 ** (np.floor(np.log10(best)) - digits + 1)
+        return np.max(np.abs(bounds - unit * np.round(best / unit)) / unit)
+
+    for digits in (2, 4):
+        low, high = reproducible.radii_left_open(digits)
+        assert low < emw.TURN_RADIUS < high
+        for end, away in ((low, -1), (high, 1)):
+            assert off(end, digits) == pytest.approx(1, abs=0.03)
+            assert off(end + away * 0.1 * (high - low), digits) > 1.05
+        assert off((low + high) / 2, digits) < 1

@@ -49,7 +49,7 @@ def profiles():
                 salinity = gsw.SA_from_SP(practical, pressure, longitude, latitude)
             speed = gsw.sound_speed(salinity, gsw.CT_from_t(salinity, temperature, pressure), pressure)
             east = longitude if longitude <= 180 else longitude - 360
-            name = f"{latitude:.0f}° N {abs(east):.0f}° {'E' if east >= 0 else 'W'}"
+            name = f"{round(latitude, 1):g}° N {round(abs(east), 1):g}° {'E' if east >= 0 else 'W'}"
             found[name] = SoundSpeedProfile(-gsw.z_from_p(pressure, latitude), speed)
     return found
 

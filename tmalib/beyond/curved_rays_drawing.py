@@ -69,8 +69,11 @@ def _fan(ax, profile):
 def _bars(ax, heard, distance):
     """Where direct sound is not weaker than a hundredth of that along a straight line."""
     for row, (distances, levels) in enumerate(heard.values()):
-        step = distances[1] - distances[0]
-        spans = [((x - step / 2) / 1e3, step / 1e3) for x in distances[levels >= QUIET]]
+        step, loud = distances[1] - distances[0], np.concatenate([[False], levels >= QUIET, [False]])
+        starts, ends = (np.flatnonzero(np.diff(loud.astype(int)) == turn) for turn in (1, -1))
+        spans = [
+            ((distances[i] - step / 2) / 1e3, (j - i) * step / 1e3) for i, j in zip(starts, ends, strict=True)
+        ]
         ax.broken_barh(spans, (row - 0.3, 0.6), facecolor="0.35")
     ax.axvline(distance / 1e3, color=figures.colour("target"), linewidth=2)
     ax.annotate(

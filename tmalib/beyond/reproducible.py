@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from ..bearings import Bearing, DelayedBearing
 from ..bounds import crlb_sigma
@@ -173,6 +174,22 @@ def course():
                 found[name] = np.concatenate([_both_bounds(n, **setting) for n in TABLES])
     keys = [(TABLES[n], row, c) for n in TABLES for c in ("std_crlb", "std_crlb_botma") for row in ROWS]
     return Omission("observer's course", EMW, "emw-1", tuple(keys), found, "200 m, 135°, repeated", True)
+
+
+def radii_left_open(digits):
+    """Least and greatest radius of the turn, in metres, that so many digits of the bounds of Table I allow.
+
+    Were all else of the course known; the bounds are those of 200 m, rounded, each to within a unit. Between
+    radii that are computed the bounds are interpolated, with an error below the last of six digits.
+    """
+    some = np.geomspace(50, 2000, 120)
+    bounds = CubicSpline(np.log(some), np.log([_both_bounds(1, radius=r) for r in some]))
+    best = _both_bounds(1)
+    unit = _unit(best, digits)
+    radii = np.union1d(np.geomspace(50, 2000, 20_001), emw.TURN_RADIUS + np.linspace(-3, 3, 60_001))
+    found = np.exp(bounds(np.log(radii)))
+    fits = np.all(np.abs(found - unit * np.round(best / unit)) <= unit, axis=1)
+    return radii[fits].min(), radii[fits].max()
 
 
 def _both_bounds(number, **setting):
