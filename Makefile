@@ -143,7 +143,7 @@ $(PEERS)/.requirements: tools/peers/environment.txt Makefile
 
 peers: $(PEERS)/.requirements  ## scipy, Numba, JAX, C, filterpy and Stone Soup on the same data; a cluster on loopback
 	@echo "==> Peers"
-	$(PEERS)/bin/python -m pytest -q -p no:cacheprovider tests/peers
+	PYTHONPATH=tests/benchmarks $(PEERS)/bin/python -m pytest -q -p no:cacheprovider tests/peers
 
 bench: $(PEERS)/.requirements  ## the speed of all of these in one run, with goals: tmalib/speed (three minutes, quiet machine)
 	XLA_FLAGS=--xla_cpu_multi_thread_eigen=false $(PEERS)/bin/python tests/benchmarks/run.py tmalib/speed

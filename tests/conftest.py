@@ -1,12 +1,16 @@
 """Scenarios that several tests share."""
 
 import shutil
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import tmalib as tma
+
+# Peers are in a lock of their own: `make peers`.
+collect_ignore_glob = [] if find_spec("distributed") and find_spec("stonesoup") else ["peers/*"]
 
 
 @pytest.fixture(scope="session")
