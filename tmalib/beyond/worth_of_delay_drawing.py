@@ -41,11 +41,11 @@ def draw_map(maps, examples):
         for name, (where, place, speed) in examples.items():
             if where is setting:
                 ax.plot(place / 1e3, speed, "o", color="black", markersize=4)
-                ax.annotate(
-                    name, (place / 1e3, speed), xytext=(4, 5 if speed < 100 else -10),
-                    textcoords="offset points", fontsize=8,
-                    bbox={"facecolor": "white", "alpha": 0.7, "linewidth": 0, "pad": 0.5},
-                )  # fmt: skip
+                left = setting.ranges[0] * 3 < place < setting.ranges[1] / 1.5
+                where_to = {"xytext": (-5, -11) if left else (5, 5), "ha": "right" if left else "left"}
+                box = {"facecolor": "white", "alpha": 0.7, "linewidth": 0, "pad": 0.5}
+                there = (place / 1e3, speed)
+                ax.annotate(name, there, textcoords="offset points", fontsize=8, bbox=box, **where_to)
         ax.set(xscale="log", yscale="log", ylim=(speeds[0], speeds[-1]), xlabel="Range (km)")
         ax.set_xlim(places[0] / 1e3, places[-1] / 1e3)
         ax.set_title(
