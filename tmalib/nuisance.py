@@ -17,6 +17,7 @@ worse if it is larger.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -141,7 +142,7 @@ def nuisance(scenario: Scenario, name: str, state: ArrayLike | None = None) -> N
     rest = [other for other in range(len(names)) if other != place]
     jacobian = whitened_jacobian(scenario, state)[:, [*rest, place]]
     length = np.linalg.norm(jacobian, axis=0)
-    triangle = np.linalg.qr(jacobian / length, mode="r")
+    triangle: Any = np.linalg.qr(jacobian / length, mode="r")  # an array
     root = np.linalg.solve(triangle[:-1, :-1], np.eye(len(rest))) / length[:-1, None]
     return Nuisance(
         name=name,
