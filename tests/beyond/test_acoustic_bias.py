@@ -59,6 +59,14 @@ def test_the_task_finds_what_first_order_says():
     assert error.std() == pytest.approx(1, abs=4 / np.sqrt(800))
 
 
+def test_the_u_is_a_u():
+    """Its sides, and the target half way."""
+    scene = study.on_a_u(np.array([0.0, 600.0, 1800.0, 2400.0]), tma.Bearing(), 3e3 + 9e3j, -10 + 5j)
+    expected = [[-6e3, 0], [-3e3, 0], [-3e3, 6e3], [-6e3, 6e3]]
+    assert scene.platform.position_at(scene.times) == pytest.approx(np.array(expected), abs=1e-6)
+    assert scene.state == pytest.approx([3e3, 9e3, -10, 5, 0])
+
+
 def test_how_often_the_estimate_tells():
     draws = 4 + np.random.default_rng(2).standard_normal(200_000)
     share = np.mean(abs(draws) > norm.isf(0.005))

@@ -15,10 +15,11 @@ from ..bearings import Bearing
 from ..biased import Biased
 from ..bounds import crlb, nees
 from ..montecarlo import Stream
-from ..motion import Course, Straight, unit
+from ..motion import Course, Straight, Target, unit
 from ..nuisance import nuisance
 from ..papers.emw_acoustic import geometries
 from ..papers.emw_acoustic import scenarios as emw
+from ..scenario import Scenario
 from ..sensors import Sensor
 
 STREAM = Stream("beyond/acoustic_bias")
@@ -79,6 +80,26 @@ def passing_scene(rng, moving):
     turned = cross(velocity, w)
     vertex = cross(velocity, nearest) * turned / (emw.SOUND_SPEED**2 * (w @ w) - turned**2)
     return scenario, 300 + vertex
+
+
+def on_a_u(listening, model, place, velocity):
+    """A biased sonar on three sides of a U: 10 minutes east, 20 north, 10 west at 5 m/s.
+
+    Parameters
+    ----------
+    listening : ndarray
+        Times of its bearings, in seconds from the start.
+    model : measurement model
+        Of the bearings without the bias.
+    place, velocity : complex
+        Of the target half way, east + i north, in metres and m/s.
+    """
+    legs = [Straight(600), Straight(1200, heading=0.0), Straight(600, heading=-np.pi / 2)]
+    course = Course((-6000, 0), 5.0, np.pi / 2, legs)
+    start = place - 1200 * velocity
+    target = Target.from_velocity((start.real, start.imag), (velocity.real, velocity.imag))
+    ear = Sensor(Biased(model), listening, np.radians(1))
+    return Scenario(course, [ear], 1200, target)
 
 
 def tries(scenario, vertex):
