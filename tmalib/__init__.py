@@ -39,11 +39,14 @@ from .ellipse import Ellipse, confidence_ellipse
 from .estimate import Estimate, Fit
 from .files import Frame, RecordedCourse, load, read_bearings, read_track, save, write_bearings
 from .ghosts import NearGhost, admissible, find_ghosts, near_ghosts
+from .known import KnownComponent
 from .minima import Alternative, alternatives, distinct_minima
 from .models import check_model
 from .montecarlo import Runs, Source, Statistics, Stream, monte_carlo, statistics
 from .motion import Course, SampledCourse, Straight, Target, Turn
+from .multipath import RayPosition, position_from_rays
 from .particles import ParticleTrack, sir
+from .posterior import CredibleRegion, Posterior, sample_posterior
 from .priors import FilterState, Prior, prior_along_first_bearing
 from .process_noise import ProcessNoise
 from .profile import profile_criterion
@@ -72,6 +75,7 @@ __all__ = [
     "ConicalAngle",
     "Consistency",
     "Course",
+    "CredibleRegion",
     "DelayedBearing",
     "DelayedBearingUnknownSpeed",
     "DopplerFrequency",
@@ -80,13 +84,16 @@ __all__ = [
     "FilterState",
     "Fit",
     "Frame",
+    "KnownComponent",
     "ModifiedPolar",
     "NearGhost",
     "ParticleTrack",
+    "Posterior",
     "Prior",
     "ProcessNoise",
     "Range",
     "RayPath",
+    "RayPosition",
     "RecordedCourse",
     "Region",
     "ResidualTest",
@@ -128,6 +135,7 @@ __all__ = [
     "near_ghosts",
     "nees",
     "nees_limits",
+    "position_from_rays",
     "predict",
     "prior_along_first_bearing",
     "profile_criterion",
@@ -137,6 +145,7 @@ __all__ = [
     "read_track",
     "residual_tests",
     "save",
+    "sample_posterior",
     "sensitivity",
     "sir",
     "statistics",
