@@ -119,12 +119,13 @@ def depth_errors(seed, runs, depth, sigma):
     """Errors of the depth of the close target from two rays, ``error (runs,)``, in metres.
 
     A target is known to be no less deep than the array: of the two minima that are mirror images of
-    each other in its depth, nearly, the deeper one is the estimate. The search starts ten metres below the array,
-    or at the truth, if that is deeper.
+    each other in its depth, nearly, the deeper one is the estimate. The search starts at the truth, or below
+    the array by what the squared depth tells, if that is deeper.
     """
     now = close(depth=depth, sigma=sigma)
     start = np.array(now.state)
-    start[2] = max(depth, CLOSE_DEPTH + 10.0)
+    unsure = squared_depth_sigma(close(depth=CLOSE_DEPTH, sigma=sigma)) ** 0.5
+    start[2] = max(depth, CLOSE_DEPTH + unsure)
     found = fit(now, now.simulate(runs, seed), start)
     return {"error": CLOSE_DEPTH + np.abs(found.state[:, 2] - CLOSE_DEPTH) - depth}
 
