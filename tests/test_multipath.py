@@ -46,7 +46,10 @@ def test_small_noise_gives_the_spread_of_the_bound():
     exact = cosines_of(paths, target, array, 200, 2000)
     models = [tma.ConicalAngle(path, 200, 2000) for path in paths]
     state, observer = (3e3, 4e3, 100.0, 0.0, 0.0), models[0].observer_state(array, np.zeros(1))
-    slopes = [model.value_and_gradient(np.array(state)[:, None], observer, np.zeros(1))[1][:3, 0] for model in models]
+    slopes = [
+        model.value_and_gradient(np.array(state)[:, None], observer, np.zeros(1))[1][:3, 0]
+        for model in models
+    ]
     wanted = sigma * np.linalg.norm(np.linalg.inv(slopes)[2])
     noise = sigma * np.random.default_rng(1).standard_normal((20_000, 3))
     found = tma.position_from_rays(paths, exact + noise, 200, 2000)

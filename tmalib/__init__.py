@@ -33,6 +33,7 @@ from .charts import Cartesian, ModifiedPolar
 from .clouds import Cloud, cloud_along_first_bearing
 from .cones import BOTTOM_BOUNCE, DIRECT, SURFACE_BOUNCE, ConicalAngle, RayPath, image_depth
 from .consistency import Consistency, compare_with_truth, fit_over_time
+from .credible import CredibleRegion
 from .curved import AcceleratedBearing, TurningBearing
 from .doppler import DopplerFrequency
 from .ellipse import Ellipse, confidence_ellipse
@@ -46,7 +47,7 @@ from .montecarlo import Runs, Source, Statistics, Stream, monte_carlo, statistic
 from .motion import Course, SampledCourse, Straight, Target, Turn
 from .multipath import RayPosition, position_from_rays
 from .particles import ParticleTrack, sir
-from .posterior import CredibleRegion, Posterior, sample_posterior
+from .posterior import Posterior, sample_posterior
 from .priors import FilterState, Prior, prior_along_first_bearing
 from .process_noise import ProcessNoise
 from .profile import profile_criterion
@@ -144,8 +145,8 @@ __all__ = [
     "read_bearings",
     "read_track",
     "residual_tests",
-    "save",
     "sample_posterior",
+    "save",
     "sensitivity",
     "sir",
     "statistics",

@@ -1,8 +1,11 @@
 """What is known of a component of the state beforehand, as a measurement of it.
 
-A Gaussian prior on a component, independent of all else, with mean mu and standard deviation s adds
-``((mu - component) / s)^2`` to the criterion: just what a measurement of the component with the value mu and the
-standard deviation s does. So bounds and the batch estimate take it as they are, and nothing is said twice.
+A Gaussian prior on a component, independent of all else, with mean mu and standard deviation s adds::
+
+    ((mu - component) / s)^2
+
+to the criterion: just what a measurement of the component with the value mu and the standard deviation s
+does. So bounds and the batch estimate take it as it is.
 """
 
 from __future__ import annotations
@@ -34,8 +37,8 @@ class KnownComponent:
     Notes
     -----
     Give it to a `Sensor` with one time, any of those measured, and the standard deviation of the prior; its
-    measurement is the prior's mean. `Scenario.simulate` draws a mean about the truth; for a mean of one's own put
-    it in its place.
+    measurement is the prior's mean. `Scenario.simulate` draws a mean about the truth; for a mean of one's
+    own put it in its place.
 
     Examples
     --------

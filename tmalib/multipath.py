@@ -1,9 +1,9 @@
 """Position and depth from the cosines of three rays, or more, at one instant: no motion, and no start.
 
-Mirror the array at surface and bottom instead of the target: a ray that arrives with any number of bounces comes
-straight to an *image of the array* at the depth ``-b``, with ``b = s c`` for a target's image at ``s z + c``
-(`tmalib.cones`) below the array. All images stand on one vertical line. With the displacements ``along`` the
-array's axis and ``across`` it, the cosine of a ray is::
+Mirror the array at surface and bottom instead of the target: a ray that arrives with any number of bounces
+comes straight to an *image of the array* at the depth ``-b``. If the target's image is ``s z + c`` below the
+array (`tmalib.cones`), then ``b = s c``. All images stand on one vertical line. With the displacements
+``along`` the array's axis and ``across`` it, the cosine of a ray is::
 
     m = along / sqrt(along^2 + across^2 + (z + b)^2),
 
@@ -71,19 +71,21 @@ def position_from_rays(
     Returns
     -------
     RayPosition
-        Arrays ``(...)``. NaN for ``along`` and ``depth`` where the noise leaves no parabola that opens upwards, and
-        for ``across`` where it leaves no such position. A depth out of the water is given as it comes.
+        Arrays ``(...)``. NaN for ``along`` and ``depth`` where the noise leaves no parabola that opens
+        upwards, and for ``across`` where it leaves no such position. A depth out of the water is given as
+        it comes.
 
     Raises
     ------
     ValueError
         For fewer than three rays, another number of cosines, and rays of which fewer than three are
-        different: with an array at the surface a direct ray and one with a bounce off the surface are the same.
+        different: with an array at the surface a direct ray and one with a bounce off the surface are the
+        same.
 
     Notes
     -----
-    Derived at the top of this file. With more than three rays each is weighted by ``|m|^3``, as noise of equal
-    size on the cosines asks for. Of a target broadside to the array all cosines are zero: NaN.
+    Derived at the top of this file. With more than three rays each is weighted by ``|m|^3``, as noise of
+    equal size on the cosines asks for. Of a target broadside to the array all cosines are zero: NaN.
 
     Examples
     --------

@@ -22,7 +22,7 @@ def test_along_the_null_direction_two_rays_are_blind_to_first_order_only():
 
 
 def test_the_squared_depth_has_the_spread_of_a_fit_of_it():
-    """At equal depths half of the estimates are there, and the others scatter as the root of a half Gaussian."""
+    """At equal depths half of the estimates are there; the others scatter as the root of half a Gaussian."""
     now = depth.close(depth=300.0)
     error = depth.depth_errors(5, 1000, 300.0, paper.SIGMA)["error"]
     wanted = np.sqrt(depth.squared_depth_sigma(now) / np.sqrt(2 * np.pi))

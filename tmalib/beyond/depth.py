@@ -145,8 +145,8 @@ def unknown_depth(seed, runs, third=(), assumed=None, prior=False):
     Returns
     -------
     dict
-        ``held (runs,)``; ``area`` of the ellipse in square metres, NaN for a fit that has not converged, which
-        holds nothing; ``error (runs, 2)`` of the position.
+        ``held (runs,)``; ``area`` of the ellipse in square metres, NaN for a fit that has not converged,
+        which holds nothing; ``error (runs, 2)`` of the position.
     """
     rng, now = check_seed(seed), far(*third)
     truth = np.tile(now.state, (runs, 1))
