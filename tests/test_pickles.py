@@ -23,13 +23,14 @@ TIMES = np.arange(0, 600, 10.0)
 MODELS = [
     tma.Bearing(), tma.DelayedBearing(), tma.DelayedBearingUnknownSpeed(1480.0, 1500.0), tma.Range(),
     tma.DopplerFrequency(f0=300.0), tma.Biased(tma.Bearing(), "compass", 0.01), tma.AcceleratedBearing(),
-    tma.TurningBearing(), tma.ConicalAngle(tma.BOTTOM_BOUNCE, 100.0, 4000.0),
+    tma.TurningBearing(), tma.ConicalAngle(tma.BOTTOM_BOUNCE, 100.0, 4000.0), tma.KnownComponent("z"),
 ]  # fmt: skip
 WATCH = tma.Scenario(SHIP, [tma.Sensor(tma.Bearing(), TIMES, 0.01, "ear")], 595)
 SCENARIO = WATCH.with_target(tma.Target((2e3, 4e3), speed=6, heading=1.5))
 HEARD = SCENARIO.simulate(3, seed=1)
 FOUND = tma.fit(WATCH, HEARD[0])
 PRIOR = tma.prior_along_first_bearing(WATCH, HEARD, 5e3, 2e3, 10.0)
+DRAWN = tma.sample_posterior(FOUND, 1)
 TRACK = tma.ekf(WATCH, HEARD, PRIOR, [100.0, 595.0])
 CLOUD = tma.cloud_along_first_bearing(WATCH, HEARD[0], (1e3, 9e3), 10, 50, 1)
 FRAME = tma.Frame(datetime(2024, 5, 1, tzinfo=UTC), 50.0, -5.0)
@@ -66,6 +67,8 @@ THINGS = {
     "consistency": tma.compare_with_truth(SCENARIO, TRACK),
     "particles": [CLOUD, tma.sir(WATCH, HEARD[0], CLOUD, 0.001, 1)],
     "region": tma.confidence_region(FOUND, 0.9),
+    "posterior": [DRAWN, DRAWN.region(0.9)],
+    "rays": tma.position_from_rays([tma.DIRECT, tma.BOTTOM_BOUNCE, tma.RayPath(-1, 1, 1)], [0.6] * 3, 9, 99),
     "tests of residuals": tma.residual_tests(FOUND),
     "rows": tma.summarise(FOUND),
     "alternative": tma.Alternative(FOUND.state, 1.0, 0.5),

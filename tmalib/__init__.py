@@ -33,6 +33,7 @@ from .charts import Cartesian, ModifiedPolar
 from .clouds import Cloud, cloud_along_first_bearing
 from .cones import BOTTOM_BOUNCE, DIRECT, SURFACE_BOUNCE, ConicalAngle, RayPath, image_depth
 from .consistency import Consistency, compare_with_truth, fit_over_time
+from .credible import CredibleRegion
 from .curved import AcceleratedBearing, TurningBearing
 from .departures import DepartureEffect, departure_effect
 from .doppler import DopplerFrequency
@@ -40,11 +41,14 @@ from .ellipse import Ellipse, confidence_ellipse
 from .estimate import Estimate, Fit
 from .files import Frame, RecordedCourse, load, read_bearings, read_track, save, write_bearings
 from .ghosts import NearGhost, admissible, find_ghosts, near_ghosts
+from .known import KnownComponent
 from .minima import Alternative, alternatives, distinct_minima
 from .models import check_model
 from .montecarlo import Runs, Source, Statistics, Stream, monte_carlo, statistics
 from .motion import Course, SampledCourse, Straight, Target, Turn
+from .multipath import RayPosition, position_from_rays
 from .particles import ParticleTrack, sir
+from .posterior import Posterior, sample_posterior
 from .priors import FilterState, Prior, prior_along_first_bearing
 from .process_noise import ProcessNoise
 from .profile import profile_criterion
@@ -75,6 +79,7 @@ __all__ = [
     "ConicalAngle",
     "Consistency",
     "Course",
+    "CredibleRegion",
     "DelayedBearing",
     "DelayedBearingUnknownSpeed",
     "DepartureEffect",
@@ -84,14 +89,17 @@ __all__ = [
     "FilterState",
     "Fit",
     "Frame",
+    "KnownComponent",
     "ModifiedPolar",
     "NearGhost",
     "ParticleTrack",
+    "Posterior",
     "Prior",
     "ProcessNoise",
     "ProgressLine",
     "Range",
     "RayPath",
+    "RayPosition",
     "RecordedCourse",
     "Region",
     "ResidualTest",
@@ -134,6 +142,7 @@ __all__ = [
     "near_ghosts",
     "nees",
     "nees_limits",
+    "position_from_rays",
     "predict",
     "prior_along_first_bearing",
     "profile_criterion",
@@ -142,6 +151,7 @@ __all__ = [
     "read_bearings",
     "read_track",
     "residual_tests",
+    "sample_posterior",
     "save",
     "second_order_bias",
     "sensitivity",
