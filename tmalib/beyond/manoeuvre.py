@@ -62,9 +62,9 @@ class Problem:
 
 
 def thinned(scenario, every):
-    """The scenario with every m-th measurement of its one sensor, m times as informative."""
+    """The scenario with every m-th measurement of its one sensor, and the last; m times as informative."""
     (sensor,) = scenario.sensors
-    part = sensor.keep(np.arange(0, len(sensor), every))
+    part = sensor.keep(np.unique([*range(0, len(sensor), every), len(sensor) - 1]))
     return replace(scenario, sensors=[replace(part, sigma=sensor.sigma / np.sqrt(every))])
 
 
@@ -200,7 +200,8 @@ def prices(seed, runs, which):
     """
     rng = np.random.default_rng(seed)
     problem = array(every=4) if which == "array" else aircraft(every=12)
-    draw, keep_out = (array_states, 0.0) if which == "array" else (aircraft_states, KEEP_OUT)
+    kinds = {"array": (array_states, 0.0, 6), "aircraft": (aircraft_states, KEEP_OUT, STARTS)}
+    draw, keep_out, starts = kinds[which]
     toward = first_bearing(problem)
     found = {"states": [], "rules": [], "best": []}
     while len(found["best"]) < runs:
@@ -209,7 +210,7 @@ def prices(seed, runs, which):
         courses = [make(problem, toward, s) for make in RULES.values() for s in (side, -side)]
         if min(nearest(problem, course, state) for course in courses) < keep_out:
             continue
-        plan = problem.best(states=state, any_heading=True, keep_out=keep_out, seed=rng)
+        plan = problem.best(states=state, any_heading=True, keep_out=keep_out, seed=rng, starts=starts)
         found["states"].append(state)
         found["rules"].append(problem.value(*courses, states=state).reshape(-1, 2))
         found["best"].append(plan.value)
