@@ -32,8 +32,9 @@ def test_thinned_measurements_tell_nearly_the_same():
     for every in (2, 4):
         thin, full = manoeuvre.array(every), manoeuvre.array()
         assert thin.duration == full.duration
+        assert np.sum(thin.scenario.sigma**-2) == pytest.approx(np.sum(full.scenario.sigma**-2))
         own = full.scenario.platform
-        assert thin.value(own)[0] == pytest.approx(full.value(own)[0], rel=0.06)
+        assert thin.value(own)[0] == pytest.approx(full.value(own)[0], rel=0.01)
 
 
 def test_limits_are_those_of_the_papers_platforms():

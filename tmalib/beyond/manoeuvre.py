@@ -3,8 +3,7 @@
 The *array* is that of `conical-angles`, Section 4.2, with the depth in the state; its objective the area of
 the 90 % ellipse of the first position. The *aircraft* is that of `robustness`, Section IV, in the assumed
 geometry; its objective the largest first-order error of the last position by a target that departs by 15 m
-from its uniform motion. Measurements are thinned where a search needs many courses: every m-th, with a
-standard deviation smaller by the root of m.
+from its uniform motion. Measurements are thinned where a search needs many courses.
 """
 
 from __future__ import annotations
@@ -62,10 +61,16 @@ class Problem:
 
 
 def thinned(scenario, every):
-    """The scenario with every m-th measurement of its one sensor, and the last; m times as informative."""
+    """The scenario with every m-th measurement of its one sensor, and the last; each stands for its like.
+
+    The variances are divided by the weights of the trapezoidal rule, which add up to the number of
+    measurements.
+    """
     (sensor,) = scenario.sensors
-    part = sensor.keep(np.unique([*range(0, len(sensor), every), len(sensor) - 1]))
-    return replace(scenario, sensors=[replace(part, sigma=sensor.sigma / np.sqrt(every))])
+    kept = np.unique([*range(0, len(sensor), every), len(sensor) - 1])
+    gaps = np.diff(kept)
+    weights = (np.append(1, gaps) + np.append(gaps, 1)) / 2
+    return replace(scenario, sensors=[replace(sensor.keep(kept), sigma=sensor.sigma / np.sqrt(weights))])
 
 
 def array(every=1, time=None):

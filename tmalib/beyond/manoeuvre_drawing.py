@@ -44,7 +44,7 @@ def maps(left, right):
             color=figures.colour("target"),
             ms=4,
         )
-        figures.map_axes(ax)
+        figures.map_axes(ax, step=2)
     for kind, course in left[1].values():
         _ellipse(axes[0], left[0].scenario, course, LINES[kind])
     axes[0].set_title("Towed array, 800 s", fontsize=10)
