@@ -118,7 +118,7 @@ def test_the_aircraft_keeps_out():
 
 def test_floor_of_the_shift_is_below_random_courses():
     problem = manoeuvre.aircraft()
-    rng = np.random.default_rng(4)
+    rng, above = np.random.default_rng(4), 0
     for _ in range(20):
         rates = rng.uniform(-problem.turn_rate, problem.turn_rate, 5)
         platform = problem.scenario.platform
@@ -126,7 +126,9 @@ def test_floor_of_the_shift_is_below_random_courses():
         course = tma.Course(platform.start, problem.speed, rng.uniform(0, 6), legs)
         gap = problem.scenario.target.position_at(20.0) - course.position_at(20.0)
         floor = manoeuvre.floor_of_shift(np.hypot(*gap), problem.speed * problem.turn_rate)
-        assert 0 < floor < problem.value(course)[0]
+        assert floor < problem.value(course)[0]
+        above += floor > 0
+    assert above > 10
 
 
 def test_first_order_and_fits_agree_for_a_small_displacement():
@@ -143,16 +145,16 @@ def test_first_order_and_fits_agree_for_a_small_displacement():
 @pytest.fixture(scope="module")
 def grid():
     problem = manoeuvre.array()
-    return manoeuvre_floor.Grid(problem.scenario, problem.speed, problem.turn_rate, headings=18, cell=250.0)
+    return manoeuvre_floor.Grid(problem.scenario, problem.speed, problem.turn_rate, headings=27, cell=250.0)
 
 
 def test_dynamic_programming_finds_what_all_courses_of_its_stages_give(grid):
-    """Thirteen stages of a minute: all courses with one change of side, and random ones, are not better."""
+    """Twenty stages of forty seconds: all courses with one change of side, and random ones, are not better."""
     start = grid.scenario.platform
     rng = np.random.default_rng(5)
     sides = [
         np.r_[np.full(k, a), np.full(grid.stages - k, b)]
-        for k in range(14)
+        for k in range(grid.stages + 1)
         for a, b in product((-1, 0, 1), repeat=2)
     ]
     sides = [row for row in sides if len(row) == grid.stages] + list(rng.integers(-1, 2, (200, grid.stages)))
