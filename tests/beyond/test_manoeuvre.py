@@ -149,7 +149,7 @@ def grid():
 
 
 def test_dynamic_programming_finds_what_all_courses_of_its_stages_give(grid):
-    """Twenty stages of forty seconds: all courses with one change of side, and random ones, are not better."""
+    """Twenty stages: all courses with one change of side, and random ones, are not better."""
     start = grid.scenario.platform
     rng = np.random.default_rng(5)
     sides = [
