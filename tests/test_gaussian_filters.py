@@ -99,14 +99,14 @@ def test_a_linear_sensor_has_the_kalman_filter_s_answer(update, noise):
         tma.Sensor(LinearWithBias(*rng.normal(size=3)), np.arange(5.0 + i, 100, 9), 2.0, f"{i}")
         for i in range(3)
     ]
-    scenario = tma.Scenario(ship, sensors, 90.0)
+    scenario = tma.Scenario(ship, sensors, 99.0)
     root = rng.normal(size=(5, 5))
     prior = tma.Prior(rng.normal(size=5), root @ root.T + np.eye(5), 0.0, NAMES)
     measured = rng.normal(size=(2, len(scenario.times)))
     track = tma.gaussian_filter(scenario, measured, prior, update=update, process_noise=noise)
     exact = tma.ekf(scenario, measured, prior, process_noise=noise)
     if noise is None:
-        phi = tma.transition(90.0, NAMES)
+        phi = tma.transition(99.0, NAMES)
         mean, p = phi @ prior.mean, phi @ prior.covariance @ phi.T
         value, h = scenario.linearise(mean)
         s = h @ p @ h.T + 4 * np.eye(len(h))

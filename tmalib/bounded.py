@@ -207,6 +207,8 @@ def running_fit(
     if record.ndim != 1 or np.any(np.diff(record) <= 0) or not np.all(np.abs(record) <= LARGEST):
         raise ValueError(f"record must be finite and strictly increasing, got {record}")
     known, before, names = _nothing(scenario, angles, start, most), -np.inf, scenario.coordinates
+    sensors = [replace(sensor, name=f"{k} {sensor.name}") for k, sensor in enumerate(scenario.sensors)]
+    scenario = replace(scenario, sensors=sensors, target=None)
     shape, n, count = angles.shape[:-1], len(names), len(record)
     state, covariance = np.full((*shape, count, n), np.nan), np.full((*shape, count, n, n), np.nan)
     status = np.full((*shape, count), words.NOT_OBSERVABLE, dtype=f"<U{words.WIDTH}")
@@ -233,6 +235,8 @@ def _nothing(scenario, measured, start, most):
         fit(scenario, measured)  # raises, and says what it needs
     status = np.full(runs, words.NOT_OBSERVABLE, dtype=f"<U{words.WIDTH}")
     covariance, time = np.full((runs, n, n), np.nan), scenario.reference_time
-    part = RunsAlike(np.arange(runs), None, np.empty((runs, 0)), 0, time, names, state, covariance, status)
+    part = RunsAlike(
+        np.arange(runs), None, np.empty((runs, 0)), 0, time, names, state, state, covariance, status
+    )
     none = np.full((*shape, n), np.nan), covariance.reshape(*shape, n, n), status.reshape(shape)
     return RunningFit(-np.inf, names, *none, most, (part,))

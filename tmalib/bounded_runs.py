@@ -26,14 +26,15 @@ from .uniform import moving_pairs, propagate, transition
 
 PASSES = 30  # evaluations of the model in a fit, at most
 SUSPICIOUS = 4.0  # standard deviations by which a criterion exceeds its freedom
-SHARP = 0.1  # share of the range up to which its sigma makes an estimate one to take residuals from
+SHARP = 0.1  # share of the range up to which its sigma makes a good estimate
 
 
 class RunsAlike(NamedTuple):
     """Runs with the same gaps: their values ``(runs, K)`` as measurements of a scenario, and an estimate.
 
     ``state``, of ``names`` at ``time``, is where the next fit starts: the last that converged, or the first
-    guess; NaN without one. ``pieces`` counts how often measurements were taken in.
+    guess; NaN without one. ``end`` is where the last fit ended, whatever it said.
+    ``pieces`` counts how often measurements were taken in.
     """
 
     runs: IntArray
@@ -43,12 +44,13 @@ class RunsAlike(NamedTuple):
     time: float
     names: tuple[str, ...]
     state: FloatArray
+    end: FloatArray
     covariance: FloatArray
     status: TextArray
 
     def of(self, rows: Any) -> RunsAlike:
         """The part of some of its runs."""
-        per_run = ("runs", "values", "state", "covariance", "status")
+        per_run = ("runs", "values", "state", "end", "covariance", "status")
         return self._replace(**{name: getattr(self, name)[rows] for name in per_run})
 
 
@@ -72,8 +74,7 @@ def take_in(part: RunsAlike, scenario: Scenario, measured: FloatArray, most: int
     while True:
         kept, values = part.scenario, part.values
         if kept is not None:
-            sure = np.where(_well_known(part)[:, None], part.state, np.nan)
-            kept, values = condense(kept, values, sure, most)
+            kept, values = condense(kept, values, part.end, _well_known(part), most)
         piece = next_piece(scenario, left, kept, most)
         kept, values = merge(kept, values, scenario.keep(piece), measured[:, piece])
         left &= ~piece
@@ -93,16 +94,18 @@ def _well_known(part):
 
 
 def _at(part, scenario):
-    """The part with its state at the scenario's reference time, in its coordinates."""
+    """The part with its states at the scenario's reference time, in its coordinates."""
     time, names = scenario.reference_time, scenario.coordinates
-    before = propagate(part.state, time - part.time, part.names)
-    if names == part.names:
-        return part._replace(time=time, state=before)
-    state = np.full((len(before), len(names)), np.nan)
-    values = scenario.offered("guess") | dict(zip(part.names, before.T, strict=True))
-    for name in set(names) & set(values):
-        state[:, names.index(name)] = values[name]
-    return part._replace(time=time, names=names, state=state)
+    state, end = (propagate(x, time - part.time, part.names) for x in (part.state, part.end))
+    if names != part.names:
+        state, end = (_in(names, x, part.names, scenario.offered("guess")) for x in (state, end))
+    return part._replace(time=time, names=names, state=state, end=end)
+
+
+def _in(names, state, old, guess):
+    """States in other coordinates; what is new as the models guess it, or NaN."""
+    values = guess | dict(zip(old, state.T, strict=True))
+    return np.stack([np.broadcast_to(values.get(name, np.nan), len(state)) for name in names], axis=1)
 
 
 def _fitted(part, look):
@@ -122,8 +125,11 @@ def _fitted(part, look):
         rows = doubtful[better]
         state[rows], status[rows] = other.state[better], other.status[better]
         covariance[rows] = other.covariance[better]
-    converged = (status == words.CONVERGED)[:, None]
-    return part._replace(state=np.where(converged, state, part.state), covariance=covariance, status=status)
+    converged, ended = (status == words.CONVERGED)[:, None], np.isfinite(state).all(axis=1)[:, None]
+    kept = np.where(converged, state, part.state)
+    return part._replace(
+        state=kept, end=np.where(ended, state, part.end), covariance=covariance, status=status
+    )
 
 
 def together(

@@ -11,8 +11,9 @@ times::
 with the mean ``r`` and the slope ``b`` of the residuals. The prediction at the nodes is added. The two z have
 the product -1, so that the two values are not correlated; their standard deviations are ``weight^(-1/2)``.
 Together they tell of a line what the residuals tell. The nodes lie between the times, and have the sums of w,
-w t, w t^2 and w t^3 of these. The residuals from a good estimate have little curvature to lose; without an
-estimate they are taken from the first value of the interval.
+w t, w t^2 and w t^3 of these. The residuals from a good estimate have little curvature to lose. An
+uncertain one may bend where nothing bends; it is used where its lines leave less than those of the values
+themselves, taken from the first of each interval, by a sum of squares of `BENT`.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from .scenario import Scenario
 from .sensors import Sensor
 from .types import BoolArray, FloatArray
 
+BENT = 4.0  # least fall of the weighted squares with which an uncertain estimate is better than none
 FOURTH = 4  # a full memory is divided into a fourth as many intervals, of two values each
 
 
@@ -68,7 +70,7 @@ def line_at_gauss_nodes(times: FloatArray, weights: FloatArray) -> tuple[FloatAr
 
 
 def condense(
-    scenario: Scenario, values: FloatArray, state: FloatArray, most: int
+    scenario: Scenario, values: FloatArray, state: FloatArray, sure: BoolArray, most: int
 ) -> tuple[Scenario, FloatArray]:
     """The scenario with ``most / 2`` values, or fewer, of every sensor that has ``most``, and the values.
 
@@ -77,7 +79,9 @@ def condense(
     scenario : Scenario
     values : ndarray, shape (runs, K)
     state : ndarray, shape (runs, n)
-        From which residuals are taken; NaN without an estimate.
+        From which residuals are taken; NaN without one.
+    sure : ndarray of bool, shape (runs,)
+        Whether it is a good estimate. Another one is used where the values say that it is better than none.
     most : int
 
     Returns
@@ -89,13 +93,13 @@ def condense(
     for block in scenario.blocks:
         sensor, part = block.sensor, values[:, block.columns]
         if len(sensor) >= most:
-            sensor, part = _of_lines(block, part, state, scenario.platform_of(sensor), most // FOURTH)
+            sensor, part = _of_lines(block, part, state, sure, scenario.platform_of(sensor), most // FOURTH)
         sensors.append(sensor)
         parts.append(part)
     return replace(scenario, sensors=sensors), np.concatenate(parts, axis=1)
 
 
-def _of_lines(block, values, state, platform, intervals):
+def _of_lines(block, values, state, sure, platform, intervals):
     """The sensor with two values in each interval of time, and these, ``(runs, K')``."""
     sensor, times, model = block.sensor, block.sensor.times, block.sensor.model
     weights = np.broadcast_to(np.asarray(sensor.sigma), len(sensor)) ** -2.0
@@ -115,15 +119,19 @@ def _of_lines(block, values, state, platform, intervals):
         after, _ = block.predict(
             rows, model.observer_state(platform, nodes)[:, None], block.elapsed[0] + (nodes - times[0])
         )
-    known = (np.isfinite(before).all(axis=1) & np.isfinite(after).all(axis=1))[:, None]
-    start = values[:, first]
-    before = np.where(known, before, np.repeat(start, ends - first, axis=1))
-    after = np.where(known, after, np.repeat(start, [len(part[0]) for part in found], axis=1))
-    residual = model.residual(values, before)
-    return (
-        replace(sensor, times=nodes, sigma=sharper**-0.5),
-        after + np.vecdot(residual[:, None, :], line),  # run by run: none depends on the runs beside it
-    )
+        aided = _lines_of(model.residual(values, before), line, weights, sharper)
+    start, lengths = values[:, first], ends - first
+    plain = _lines_of(model.residual(values, np.repeat(start, lengths, axis=1)), line, weights, sharper)
+    finite = np.isfinite(aided[0]).all(axis=1) & np.isfinite(after).all(axis=1)
+    use = (finite & (sure | (plain[1] - aided[1] > BENT)))[:, None]
+    from_start = np.repeat(start, [len(part[0]) for part in found], axis=1) + plain[0]
+    return replace(sensor, times=nodes, sigma=sharper**-0.5), np.where(use, after + aided[0], from_start)
+
+
+def _lines_of(residual, line, weights, sharper):
+    """Values ``(runs, K')`` at the nodes, and the weighted squares ``(runs,)`` that the lines leave."""
+    values = np.vecdot(residual[:, None, :], line)  # run by run: none depends on the runs beside it
+    return values, np.vecdot(residual * weights, residual) - np.vecdot(values * sharper, values)
 
 
 def merge(

@@ -1,7 +1,7 @@
 """Recursive estimators on the six scenarios of the first paper: what `notebooks/beyond/filters` compares.
 
-All start where the paper's filter does, at rest on the first bearing, with its prior or with an honest one; but
-for the bank of filters, which has a prior for each range, and `tmalib.running_fit`, which needs none.
+All start where the paper's filter does, at rest on the first bearing, with its prior or with an honest one;
+but for the bank of filters, which has a prior for each range, and `tmalib.running_fit`, which needs none.
 """
 
 from __future__ import annotations
@@ -152,7 +152,7 @@ def over_batch(error: FloatArray, batch: FloatArray, kept: BoolArray) -> FloatAr
 def interval_over_batch(
     error: FloatArray, batch: FloatArray, kept: BoolArray, draws: int = 2000
 ) -> FloatArray:
-    """Ends ``(2,)`` of a 95 per cent bootstrap interval of the largest ratio of `over_batch`, by pairs of errors."""
+    """Ends ``(2,)`` of a 95 % interval of the largest ratio of `over_batch`: a bootstrap of the runs."""
     worst = int(np.argmax(over_batch(error, batch, kept)))
     squares = np.stack([error[kept, worst] ** 2, batch[kept, worst] ** 2])
     runs = squares.shape[1]
