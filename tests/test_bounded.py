@@ -13,8 +13,8 @@ from tmalib.remembered import condense, line_at_gauss_nodes
 def apart(track_or_fit, fit, bound):
     """Distance of two estimates in standard deviations of the bound, ``(runs,)``.
 
-    Its mean square is what the one adds to the NEES of the other, which is 4: below 0.4 a tenth, of which half
-    is seen in root mean square errors.
+    Its mean square is what the one adds to the NEES of the other, which is 4: 0.4 is a tenth, and half of that
+    in root mean square errors.
     """
     return np.sqrt(tma.nees(track_or_fit - fit.state, np.zeros(fit.state.shape[-1]), bound))
 

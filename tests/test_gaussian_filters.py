@@ -131,7 +131,7 @@ def updated(update, x, variance, measured, sigma, predict=bent):
 
 
 def test_the_iterated_update_of_a_linear_scalar_uses_the_prior_once():
-    """A mean 1 with variance 4, and 3 measured with variance 1: (1/4 + 3) / (1/4 + 1), however often iterated."""
+    """A mean 1 with variance 4, and 3 measured with variance 1: (1/4 + 3) / (1/4 + 1) in all passes."""
     found = updated("iterated", 1.0, 4.0, 3.0, 1.0, lambda rows: (rows[0], np.ones((1, *rows[0].shape))))
     np.testing.assert_allclose(found.mean, 2.6, rtol=1e-14)
     np.testing.assert_allclose(found.covariance, 0.8, rtol=1e-14)

@@ -63,7 +63,10 @@ def can_start(scenario: Scenario) -> bool:
 def with_same_gaps(parts: Sequence[RunsAlike], rows: FloatArray) -> Iterator[tuple[RunsAlike, BoolArray]]:
     """Parts with the same gaps in new measurements ``(runs, N)``, and the mask of what is there, ``(N,)``."""
     for part in parts:
-        patterns, of = np.unique(~np.isnan(rows[part.runs]), axis=0, return_inverse=True)
+        there = ~np.isnan(rows[part.runs])
+        if not len(there):
+            yield part, np.ones(rows.shape[1], dtype=bool)
+        patterns, of = np.unique(there, axis=0, return_inverse=True)
         for k, there in enumerate(patterns):
             yield (part if len(patterns) == 1 else part.of(of.ravel() == k)), there
 

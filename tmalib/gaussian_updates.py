@@ -103,12 +103,9 @@ def second_order(
     """The truncated second-order update; arguments as those of `extended`."""
     value, g = predict(x)
     root = cholesky(p)
-    steps = STEP * root.swapaxes(0, 1)[..., None, :]  # (direction, component, 1, run)
-    ends = x[:, None] + np.concatenate([steps, -steps], axis=2).transpose(1, 0, 2, 3).reshape(
-        len(x), -1, x.shape[1]
-    )
-    slopes = predict(ends)[1].reshape(len(x), len(x), 2, -1)  # (component, direction, side, run)
-    along = (slopes[:, :, 0] - slopes[:, :, 1]) / (2 * STEP)  # H L
+    n, steps = len(x), STEP * np.concatenate([root, -root], axis=1)
+    slopes = predict(x[:, None] + steps)[1]  # (component, point, run)
+    along = (slopes[:, :n] - slopes[:, n:]) / (2 * STEP)  # H L
     bend = np.einsum("ijr,ikr->jkr", root, along)  # L' H L
     ph = np.sum(p * g, axis=1)
     variance = np.sum(g * ph, axis=0) + np.sum(bend * bend.swapaxes(0, 1), axis=(0, 1)) / 2 + sigma**2

@@ -113,19 +113,19 @@ def _of_lines(block, values, state, sure, platform, intervals):
     for i, j, (*_, part) in zip(first, ends, found, strict=True):
         line[row : row + len(part), i:j] = part
         row += len(part)
-    rows = state.T[:, :, None]
-    with np.errstate(all="ignore"):  # where there is no estimate
+    rows, start = state.T[:, :, None], values[:, first]
+    old, new = np.repeat(start, ends - first, axis=1), np.repeat(start, [len(f[0]) for f in found], axis=1)
+    with np.errstate(all="ignore"):  # without an estimate, or for values that are not finite
         before, _ = block.predict(rows, block.observer[:, None], block.elapsed)
-        after, _ = block.predict(
-            rows, model.observer_state(platform, nodes)[:, None], block.elapsed[0] + (nodes - times[0])
-        )
+        observer, elapsed = model.observer_state(platform, nodes), block.elapsed[0] + (nodes - times[0])
+        after, _ = block.predict(rows, observer[:, None], elapsed)
         aided = _lines_of(model.residual(values, before), line, weights, sharper)
-    start, lengths = values[:, first], ends - first
-    plain = _lines_of(model.residual(values, np.repeat(start, lengths, axis=1)), line, weights, sharper)
-    finite = np.isfinite(aided[0]).all(axis=1) & np.isfinite(after).all(axis=1)
-    use = (finite & (sure | (plain[1] - aided[1] > BENT)))[:, None]
-    from_start = np.repeat(start, [len(part[0]) for part in found], axis=1) + plain[0]
-    return replace(sensor, times=nodes, sigma=sharper**-0.5), np.where(use, after + aided[0], from_start)
+        plain = _lines_of(model.residual(values, old), line, weights, sharper)
+        known = np.isfinite(aided[0]).all(axis=1) & np.isfinite(after).all(axis=1)
+        use = (known & (sure | (plain[1] - aided[1] > BENT)))[:, None]
+        return replace(sensor, times=nodes, sigma=sharper**-0.5), np.where(
+            use, after + aided[0], new + plain[0]
+        )
 
 
 def _lines_of(residual, line, weights, sharper):

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..batch import fit
 from ..bounded import running_fit
-from ..bounds import crlb
+from ..bounds import crlb, nees
 from ..charts import ModifiedPolar
 from ..consistency import compare_with_truth, fit_over_time
 from ..gaussian_filters import gaussian_filter, range_bank
@@ -134,6 +134,20 @@ def filters_at_the_end(
         variance = [RANGE_SIGMA**2, RANGE_SIGMA**2, VELOCITY_SIGMA**2, VELOCITY_SIGMA**2]
         prior = Prior(emw.start(now, angles, number, first_range), np.diag(variance), np.nextafter(0.0, -1.0))
     return found | {MODE: posterior_mode(now, angles, prior) - now.state}
+
+
+def distances_by_memory(seed: Any, runs: int, number: int, sizes: tuple[int, ...]) -> dict[str, FloatArray]:
+    """Squared distances of the bounded-memory and the batch estimate at the end, by size of the memory.
+
+    Each ``(runs,)``, in the metric of the bound: as the NEES, whose mean is four.
+    """
+    now = emw.scenario(number)
+    angles, bound = now.simulate(runs, seed), crlb(now)
+    batch, found = fit(now, angles, now.state).state, {}
+    for most in sizes:
+        shift = running_fit(now, angles, most=most).state[:, 0] - batch
+        found[str(most)] = nees(shift, np.zeros(4), bound)
+    return found
 
 
 # -- what is compared ---------------------------------------------------------------------------------
