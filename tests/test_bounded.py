@@ -13,8 +13,8 @@ from tmalib.remembered import condense, line_at_gauss_nodes
 def apart(track_or_fit, fit, bound):
     """Distance of two estimates in standard deviations of the bound, ``(runs,)``.
 
-    Its mean square is what the one adds to the NEES of the other, which is 4: 0.4 is a tenth, and half of that
-    in root mean square errors.
+    Its mean square is what the one adds to the NEES of the other, which is 4: 0.4 is a tenth, and half of
+    that in root mean square errors.
     """
     return np.sqrt(tma.nees(track_or_fit - fit.state, np.zeros(fit.state.shape[-1]), bound))
 
@@ -31,7 +31,7 @@ def heard_one_by_one(scenario, angles, **options):
 
 @pytest.mark.parametrize("seed", range(20))
 def test_two_values_tell_of_a_line_what_all_tell(seed):
-    """Weighted least squares of a line by the nodes, and by all: the same estimate and the same covariance."""
+    """Weighted least squares of a line by the nodes, and by all: the same estimate and covariance."""
     rng = np.random.default_rng(seed)
     times, weights = np.sort(rng.uniform(0, 50, 9) ** 2), rng.uniform(0.2, 5, 9)
     values = rng.normal(size=9)
