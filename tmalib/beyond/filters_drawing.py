@@ -14,6 +14,7 @@ from .. import figures
 from ..types import FloatArray
 from . import filters
 
+LABEL = dict(facecolor="white", edgecolor="none", pad=1.5)
 GAP = 0.5  # of a row, between two groups
 LOOKS: dict[str, dict[str, Any]] = {
     filters.CORRECT: dict(color=figures.colour("ekf"), linestyle="-", marker="o"),
@@ -72,7 +73,9 @@ def ratios_over_time(
         ax.set(yscale="log", ylim=(0.8, 20))
         ax.set_yticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"])
         ax.minorticks_off()
-        ax.annotate(f"scenario {number}", (0.97, 0.93), xycoords="axes fraction", ha="right", va="top")
+        ax.annotate(
+            f"scenario {number}", (0.97, 0.93), xycoords="axes fraction", ha="right", va="top", bbox=LABEL
+        )
     for ax in axes[:, 0]:
         ax.set_ylabel("Error over batch")
     for ax in axes[-1]:
