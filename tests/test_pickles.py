@@ -63,6 +63,8 @@ THINGS = {
     ],
     "estimates": [FOUND.at(700.0), FOUND.at(700.0).ellipse(), tma.fit(WATCH, HEARD).at(700.0)],
     "filters": [TRACK, PRIOR, tma.predict(PRIOR, 30.0), tma.update(PRIOR, WATCH, HEARD)],
+    "running fits": [tma.running_fit(WATCH, HEARD, most=16), tma.refit(None, WATCH, HEARD, most=16)],
+    "bank": tma.range_bank(WATCH, HEARD, [1e3, 9e3], 5.0),
     "fit over time": tma.fit_over_time(SCENARIO, HEARD, [400.0, 595.0], SCENARIO.state),
     "consistency": tma.compare_with_truth(SCENARIO, TRACK),
     "particles": [CLOUD, tma.sir(WATCH, HEARD[0], CLOUD, 0.001, 1)],

@@ -21,6 +21,7 @@ from .averaging import average_measurements
 from .batch import along_first_bearing, fit
 from .bearings import Bearing, DelayedBearing, bearing, propagation_delay, wrap
 from .biased import Biased
+from .bounded import RunningFit, refit, running_fit
 from .bounds import (
     crlb,
     crlb_sigma,
@@ -40,6 +41,7 @@ from .doppler import DopplerFrequency
 from .ellipse import Ellipse, confidence_ellipse
 from .estimate import Estimate, Fit
 from .files import Frame, RecordedCourse, load, read_bearings, read_track, save, write_bearings
+from .gaussian_filters import gaussian_filter, range_bank
 from .ghosts import NearGhost, admissible, find_ghosts, near_ghosts
 from .known import KnownComponent
 from .minima import Alternative, alternatives, distinct_minima
@@ -104,6 +106,7 @@ __all__ = [
     "Region",
     "ResidualTest",
     "ResidualTests",
+    "RunningFit",
     "Runs",
     "SampledCourse",
     "Scenario",
@@ -135,6 +138,7 @@ __all__ = [
     "fisher_information",
     "fit",
     "fit_over_time",
+    "gaussian_filter",
     "image_depth",
     "information_rank",
     "load",
@@ -148,10 +152,13 @@ __all__ = [
     "profile_criterion",
     "propagate",
     "propagation_delay",
+    "range_bank",
     "read_bearings",
     "read_track",
+    "refit",
     "residual_tests",
     "sample_posterior",
+    "running_fit",
     "save",
     "second_order_bias",
     "sensitivity",
