@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 import tmalib as tma
-from tmalib.beyond import reproducible
+from tmalib.beyond import kinds_of_errata, reproducible
 from tmalib.judging import read_papers
 from tmalib.papers.conical_angles import scenarios as conical
 from tmalib.papers.emw_acoustic import scenarios as emw
@@ -17,11 +17,11 @@ ERRATA = {name: entry for paper in read_papers().values() for name, entry in pap
 
 
 def test_every_erratum_is_sorted_once():
-    named = " ".join(reproducible.KINDS.values()).split()
+    named = " ".join(kinds_of_errata.KINDS.values()).split()
     assert sorted(named) == sorted(ERRATA)
-    settings = reproducible.KINDS[reproducible.SETTING].split()
-    assert set(reproducible.BY_RUNS_ONLY) <= set(settings)
-    assert {now.erratum for now in OMISSIONS.values()} <= set(settings) - set(reproducible.BY_RUNS_ONLY)
+    settings = kinds_of_errata.KINDS[kinds_of_errata.SETTING].split()
+    assert set(kinds_of_errata.BY_RUNS_ONLY) <= set(settings)
+    assert {now.erratum for now in OMISSIONS.values()} <= set(settings) - set(kinds_of_errata.BY_RUNS_ONLY)
 
 
 @pytest.mark.parametrize("name", OMISSIONS)
@@ -101,7 +101,7 @@ def test_the_checklist_has_at_most_twelve_lines_each_with_its_evidence():
     assert all(re.search(r"\{(num)?ref\}", line) for line in lines)
     cited = set(re.findall(r"\{ref\}`([a-z]+-\d+[a-z]?)`", "\n".join(lines)))
     assert cited <= set(ERRATA)
-    settings = set(reproducible.KINDS[reproducible.SETTING].split())
+    settings = set(kinds_of_errata.KINDS[kinds_of_errata.SETTING].split())
     assert settings - cited <= {"conical-12", "conical-18"}, "and none of the omissions is forgotten"
 
 
