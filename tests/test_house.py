@@ -60,11 +60,13 @@ def test_no_name_of_a_paper_has_two_meanings(paper):
     assert [name for name, count in names.items() if count > 1] == []
 
 
-def test_no_name_beyond_the_papers_has_two_meanings():
+@pytest.mark.parametrize("chapter", sorted(p.stem for p in ROOT.glob("notebooks/beyond/*.ipynb")))
+def test_no_name_of_a_chapter_beyond_the_papers_has_two_meanings(chapter):
+    """Among the modules that are named as it is."""
     names = Counter(
         node.name
         for name, tree in TREES.items()
-        if "/beyond/" in name
+        if f"/beyond/{chapter}" in name
         for node in tree.body
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_")
     )
