@@ -14,6 +14,7 @@ SHELL := bash
 PYTHON = $(shell command -v python3.11 || command -v python3)
 JOBS = 2
 SEEDS = 1 2 3 4 5
+WHICH = not book
 VENV = .venv
 LOCKS = environment.txt
 BIN = $(VENV)/bin
@@ -120,9 +121,9 @@ pdf: tex claims  ## the whole book as a PDF, added to the built book: build/html
 	$(BIN)/python tools/build.py offer
 	@echo "==> The PDF: build/html/angles-only.pdf"
 
-unit: $(ENV)  ## the tests that need no executed chapter, in about a minute
+unit: $(ENV)  ## the tests that need no executed chapter (WHICH="not book and not slow" for fewer)
 	@echo "==> Unit tests"
-	$(BIN)/python -m pytest tests tmalib -m "not book" --ignore=tests/site --ignore=tests/benchmarks -n $(JOBS)
+	$(BIN)/python -m pytest tests tmalib -m "$(WHICH)" --ignore=tests/site --ignore=tests/benchmarks -n $(JOBS)
 
 test: claims  ## execute the chapters whose code has changed, and run all tests
 	@echo "==> Tests"
