@@ -16,13 +16,15 @@ HOSTILE = {
     "JUPYTER_CONFIG_PATH": "elsewhere", "PIP_USER": "1", "PIP_TARGET": "elsewhere", "PIP_PREFIX": "elsewhere",
     "MPLBACKEND": "agg", "PYTEST_ADDOPTS": "--maxfail=1", "VIRTUAL_ENV": "elsewhere",
 }  # fmt: skip
+ENVIRONMENT = {name: value for name, value in os.environ.items() if not name.startswith("MAKE")}
 
 pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="no make on this machine")
 
 
 def make(*arguments, cwd=ROOT, **environment):
-    env = {k: v for k, v in os.environ.items() if not k.startswith("MAKE")} | environment
-    done = subprocess.run(["make", *arguments], cwd=cwd, env=env, capture_output=True, text=True)
+    done = subprocess.run(
+        ["make", *arguments], cwd=cwd, env=ENVIRONMENT | environment, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -79,3 +81,18 @@ def test_make_is_new_enough_or_says_so():
     )
     assert done.returncode != 0
     assert "GNU make 4 or newer is needed" in done.stderr
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_chapter_that_fails_stops_the_build_and_the_others_are_kept(copied, fails):
+    test_a_checkout_that_stays_does_not(copied)
+    python, log = copied / ".venv/bin/python", copied / "calls.txt"
+    python.parent.mkdir()
+    python.write_text(f'#!/bin/sh\necho "$@" >> {log}\ncase "$*" in *pytest*) exit {int(fails)};; esac\n')
+    python.chmod(0o755)
+    (copied / "build/executing").mkdir(parents=True)
+    (copied / "build/executing/one.ipynb").touch()
+    done = subprocess.run(["make", "notebooks"], cwd=copied, env=ENVIRONMENT, capture_output=True, text=True)
+    assert (done.returncode != 0) == fails, done.stderr
+    steps = [line.split()[1] for line in log.read_text().splitlines() if line.startswith("tools/build.py")]
+    assert steps == ["stale", "keep"]

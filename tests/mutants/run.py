@@ -1,6 +1,8 @@
 """Plants each defect of mutants.toml in a copy of the repository and runs the tests that must find it.
 
-Usage: run.py [SAMPLE] [NAME...]: all, so many drawn with a fixed seed, or those of whose name a word is a part
+Usage: run.py [SAMPLE | WORD...]
+
+All, so many drawn with a fixed seed, or those in whose name is one of the words.
 
 Exit code 1 if a mutant survives that is not marked equivalent, or if what runs is not what should.
 """
@@ -52,7 +54,7 @@ def tests_fail(copy, tests):
 
 
 def write(path, text):
-    """Write a source, and remove what was compiled from it: a change within a second is not seen by its date."""
+    """Write a source without what was compiled from it: a change within a second is not seen by its date."""
     path.write_text(text, encoding="utf-8")
     for compiled in path.parent.glob(f"__pycache__/{path.stem}.*"):
         compiled.unlink()
