@@ -11,12 +11,11 @@ from pathlib import Path
 import nbformat
 import pytest
 from nbformat import v4
+from toy_paper import LEDGER, MANIFEST, notebook, write_notebook, write_paper
 
 from tmalib.judging import Ours, collect, judge, read_paper
 
-ROOT = Path(__file__).parent.parent
-sys.path.insert(0, str(ROOT / "tests/judging"))
-from toy_paper import LEDGER, MANIFEST, notebook, write_notebook, write_paper  # noqa: E402
+ROOT = Path(__file__).parents[2]
 
 TWO = (
     LEDGER.splitlines()[0]
