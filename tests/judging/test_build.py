@@ -16,11 +16,8 @@ from toy_paper import LEDGER, MANIFEST, notebook, write_notebook, write_paper
 from tmalib.judging import Ours, collect, judge, read_paper
 
 ROOT = Path(__file__).parents[2]
-
-TWO = (
-    LEDGER.splitlines()[0]
-    + "\nTable 1,heads,bound,0.5,1,deterministic,\nTable 2,heads,bound,0.2,1,deterministic,\n"
-)
+HEAD = LEDGER.splitlines()[0]
+TWO = f"{HEAD}\nTable 1,heads,bound,0.5,1,deterministic,\nTable 2,heads,bound,0.2,1,deterministic,\n"
 
 
 @pytest.fixture
@@ -41,18 +38,15 @@ def build(monkeypatch, tmp_path):
     Path("environment.txt").write_text("numpy==2\n")
     write_notebook(Path("notebooks/toy/coins.ipynb"), ["A sentence."], "print(1)")
     Path("book").mkdir()
-    found.toy = toy
     return found
 
 
-def execute(*tables, toy):
-    """An executed chapter that judges tables, the right value of each by its name."""
-    outputs = [
-        v4.new_output(
-            "display_data", judge(toy, table, {("heads", "bound"): Ours(value)})._repr_mimebundle_()
-        )
-        for table, value in tables
-    ]
+def execute(build, **values):
+    """An executed chapter that judges tables, by a value for each."""
+    outputs, toy = [], build.read_papers()["toy"]
+    for name, value in values.items():
+        table = judge(toy, name.replace("_", " "), {("heads", "bound"): Ours(value)})
+        outputs.append(v4.new_output("display_data", table._repr_mimebundle_()))
     made = notebook(("judge", outputs))
     path = Path("build/executed/toy/coins.ipynb")
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -67,14 +61,14 @@ def test_what_was_not_executed_is_a_complaint(build, capsys):
 
 
 def test_an_incomplete_ledger_writes_nothing(build):
-    execute(("Table 1", 0.5), toy=build.toy)
+    execute(build, Table_1=0.5)
     assert build.judge() == ["unjudged: toy | Table 2 | heads | bound"]
     assert not Path("build/claims.json").exists()
     assert not Path("build/figures").exists()
 
 
 def test_a_complete_ledger_writes_claims_and_a_file_for_each_table(build, capsys):
-    execute(("Table 1", 0.5), ("Table 2", 0.4), toy=build.toy)
+    execute(build, Table_1=0.5, Table_2=0.4)
     Path("build/figures").mkdir()
     Path("build/figures/stale.csv").write_text("of yesterday\n")
     assert build.judge() == []
