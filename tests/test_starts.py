@@ -228,6 +228,16 @@ def test_means_wrap():
     assert made.sensor.sigma == pytest.approx(0.01 / np.sqrt(3))
 
 
+def test_means_of_bearings_with_a_sigma_each():
+    """What each mean is made of, from bearings near zero, gives its time and its standard deviation."""
+    own = np.linspace(0.01, 0.02, 95)
+    made = condensed.means(tma.Sensor(tma.Bearing(), np.arange(95.0), own))
+    parts = made.of(1e-3 * np.eye(95)).T / 1e-3
+    assert made.sensor.times.shape == (31,)  # of three; a rest of two is left out
+    np.testing.assert_allclose(parts @ np.arange(95.0), made.sensor.times)
+    np.testing.assert_allclose((parts * own) @ (parts * own).T, np.diag(made.sensor.sigma**2), atol=1e-18)
+
+
 def test_a_start_faster_than_sound_is_no_converged_fit(scenario):
     """Such a state predicts nothing: neither a criterion nor an estimate."""
     model = tma.DelayedBearingUnknownSpeed()
