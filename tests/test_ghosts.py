@@ -100,7 +100,7 @@ def test_what_is_no_ghost_is_not_handed_out():
     many = Family("many", "here", member, {"speed": (0.0, 10.0)})
     one, family = verified(true, [right, wrong, many], 1e-6)
     assert one.target().speed == family.target(speed=4.0).speed == 4.0
-    with pytest.raises(ValueError, match="the cosines of the member .* differ by"):
+    with pytest.raises(ValueError, match=r"the cosines of the member .* differ by"):
         family.target(speed=4.1)
 
 
