@@ -36,6 +36,14 @@ def test_settings_of_the_user_do_not_reach_the_recipes():
     assert {"OPENBLAS_NUM_THREADS", "JUPYTER_DATA_DIR", "TMALIB_RUNS"} <= names
 
 
+@pytest.mark.parametrize("recipe", ["false | true", "true | false | cat", "false; true", "echo $$unknown"])
+def test_a_step_that_fails_in_the_midst_of_a_recipe_stops_it(recipe):
+    done = subprocess.run(
+        ["make", "--eval", f"probe: ; @{recipe}", "probe"], cwd=ROOT, env=ENVIRONMENT, capture_output=True
+    )
+    assert done.returncode != 0
+
+
 @pytest.fixture
 def copied(tmp_path):
     """A copy of what decides on the environment, as if it were set up in the original's place."""
