@@ -44,7 +44,7 @@ unexport MPLBACKEND MATPLOTLIBRC PYTHONPATH PYTHONHOME PYTHONSTARTUP PYTHONWARNI
   PIP_USER PIP_TARGET PIP_PREFIX PIP_ROOT PIP_PYTHON VIRTUAL_ENV
 
 .PHONY: help env lock lint notebooks claims book pdf tex test unit site-test figures peers bench million conformance \
-  problems times starts peers-lock reseed study study-lock lab serve clean FORCE
+  problems times starts mutants peers-lock reseed study study-lock lab serve clean FORCE
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*##  *\(.*\)/\1\t\2/p' Makefile | expand -t 14
@@ -128,6 +128,10 @@ unit: $(ENV)  ## the tests that need no executed chapter (WHICH="not book and no
 test: claims  ## execute the chapters whose code has changed, and run all tests
 	@echo "==> Tests"
 	$(BIN)/python -m pytest tests tmalib --ignore=tests/site --ignore=tests/benchmarks -n $(JOBS)
+
+mutants: $(ENV)  ## plant defects in a copy, one by one, and see that a test finds each (SAMPLE=12: so many of them)
+	@echo "==> Mutants"
+	$(BIN)/python tests/mutants/run.py $(SAMPLE)
 
 site-test: $(ENV)  ## check the built book in Chromium
 	@echo "==> Browser checks of the book"

@@ -58,6 +58,32 @@ def test_charts_and_tolerance_do_not_move_the_minimum(scenario, runs):
     np.testing.assert_allclose(loose.state / sigma, polar.state / sigma, atol=5e-3)
 
 
+def test_the_last_step_is_taken(scenario, runs):
+    """From within the tolerance of the minimum there is one step, to about 1e-4 standard deviations of it."""
+    angles, start = runs
+    minimum = tma.fit(scenario, angles, start, tolerance=1e-8).state
+    away = np.random.default_rng(6).normal(size=minimum.shape)
+    away *= 0.008 / np.linalg.norm(away, axis=1)[:, None]
+    found = tma.fit(scenario, angles, minimum + away @ np.linalg.cholesky(tma.crlb(scenario)).T)
+    assert np.all(found.iterations == 1)
+    np.testing.assert_allclose((found.state - minimum) / tma.crlb_sigma(scenario), 0, atol=2e-4)
+
+
+@pytest.mark.parametrize("later", [-50_000.0, 2_000.0, 1e6])
+def test_a_reference_time_far_away_moves_the_state_along(scenario, runs, later):
+    """The minimum is that of a reference time within the measurements, at another time."""
+    angles, start = runs
+    near = tma.fit(scenario, angles, start, tolerance=1e-6)
+    far = replace(scenario, reference_time=scenario.reference_time + later)
+    found = tma.fit(far, angles, tma.propagate(start, later), tolerance=1e-6)
+    assert found.converged.all()
+    assert found.scenario.reference_time == far.reference_time
+    back = tma.propagate(found.state, -later)
+    np.testing.assert_allclose(
+        back / tma.crlb_sigma(scenario), near.state / tma.crlb_sigma(scenario), atol=1e-3
+    )
+
+
 def test_noise_free_measurements_give_the_truth(scenario):
     fit = tma.fit(scenario, scenario.measure(), scenario.state + [500, -500, 1, 1], tolerance=1e-8)
     np.testing.assert_allclose(fit.state, scenario.state, rtol=1e-7)

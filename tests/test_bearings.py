@@ -21,6 +21,12 @@ def test_delay_satisfies_its_definition(dx, dy, vx, vy):
     assert C * tau == pytest.approx(np.hypot(dx - tau * vx, dy - tau * vy), rel=1e-9, abs=1e-6)
 
 
+@given(coordinate, coordinate)
+def test_bearings_are_clockwise_from_north(dx, dy):
+    """North is one and east is i: the argument of a complex number."""
+    assert tma.bearing([dx, dy]) == pytest.approx(np.angle(dy + 1j * dx))
+
+
 def test_delay_limits():
     assert tma.propagation_delay([3000.0, 4000.0], [0.0, 0.0], C) == pytest.approx(5000 / C)
     receding, approaching = tma.propagation_delay([[1000.0, 0.0]] * 2, [[300.0, 0.0], [-300.0, 0.0]], C)

@@ -18,6 +18,17 @@ def test_information_is_additive_symmetric_and_semidefinite(scenario):
         assert np.linalg.eigvalsh(part).min() > -1e-12 * np.abs(part).max()
 
 
+def test_information_is_of_measurements_in_standard_deviations(scenario):
+    """Against differences of the predictions; the standard deviations are those of the fixture."""
+    steps = np.diag([1.0, 1.0, 1e-2, 1e-2])
+    ends = (scenario.linearise(scenario.state + sign * steps)[0] for sign in (1, -1))
+    slope = np.subtract(*ends).T / (2 * np.diag(steps))
+    weight = 1 / np.radians(np.repeat([0.5, 0.7], [61, 16])) ** 2
+    np.testing.assert_allclose(
+        tma.fisher_information(scenario), slope.T @ (weight[:, None] * slope), rtol=1e-5
+    )
+
+
 def test_one_more_sensor_never_hurts(scenario):
     alone = tma.crlb(replace(scenario, sensors=scenario.sensors[:1]))
     assert np.linalg.eigvalsh(alone - tma.crlb(scenario)).min() > -1e-6
@@ -84,6 +95,14 @@ def test_nees_is_chi_square():
     assert low < values.mean() < high
     assert low < 4 < high
     assert np.var(values) == pytest.approx(8, rel=0.1)
+
+
+@pytest.mark.parametrize(("gap", "there"), [(1e-12, True), (4e-15, False), (0.0, False)])
+def test_a_covariance_that_is_singular_to_rounding_has_no_nees(gap, there):
+    """Correlation ``1 - gap``: the error along its small axis has the square ``2 / gap`` or so."""
+    found = tma.nees([1.0, -1.0], [0.0, 0.0], [[1.0, 1 - gap], [1 - gap, 1.0]])
+    assert np.isfinite(found) == there
+    assert not there or found == pytest.approx(2 / gap, rel=1e-3)
 
 
 def test_nees_limits_shrink_with_runs():

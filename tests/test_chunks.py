@@ -211,3 +211,16 @@ def test_progress_may_stop_the_experiment(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         tma.monte_carlo(draw, RUNS, "chunks", progress=stop, keep=tmp_path / "kept")
     assert len(list((tmp_path / "kept").glob("*.npz"))) == 1
+
+
+def test_half_a_chunk_has_no_name(tmp_path, monkeypatch):
+    """As when the disk is full, or with Ctrl-C, while it is written."""
+
+    def half(file, **rows):
+        file.write(b"PK")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(np, "savez", half)
+    with pytest.raises(KeyboardInterrupt):
+        tma.monte_carlo(draw, 10, "chunks", keep=tmp_path / "kept")
+    assert [path.name for path in (tmp_path / "kept").iterdir()] == ["experiment.txt"]

@@ -136,6 +136,14 @@ def test_datetimes_there_and_back(seconds):
     assert frame.to_seconds(python) == (python - frame.epoch) / timedelta(seconds=1)
 
 
+@pytest.mark.parametrize("hours", [-5, 0, 2])
+def test_a_moment_is_the_same_in_every_zone(hours):
+    """Noon in UTC, as a clock shows it that is so many hours ahead."""
+    moment = datetime(2024, 5, 1, 12 + hours, 0, 1, tzinfo=timezone(timedelta(hours=hours)))
+    assert tma.Frame(NOON).to_seconds(moment) == 1.0
+    assert tma.Frame(moment).to_seconds(NOON) == -1.0
+
+
 def test_moments_of_a_batch():
     frame = tma.Frame(epoch=NOON.astimezone(timezone(timedelta(hours=5))))
     assert frame.epoch.utcoffset() == timedelta(0)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tmalib as tma
+from tmalib.ghosts.family import Family, verified
 
 
 def scenario(legs, paths=(tma.BOTTOM_BOUNCE,)):
@@ -86,6 +87,21 @@ def test_what_is_not_covered_is_refused():
     turning = scenario([tma.Straight(200), tma.Turn(200, 0.005), tma.Straight(200)])
     with pytest.raises(ValueError, match="leg"):
         tma.find_ghosts(turning)
+
+
+def test_what_is_no_ghost_is_not_handed_out():
+    """A mistake in a case: members that differ are refused, an isolated one is left out."""
+    true = scenario([tma.Straight(600)])
+
+    def member(speed):
+        return replace(true.target, speed=speed)
+
+    right, wrong = (Family("alone", "here", lambda by=by: member(4.0 + by)) for by in (0.0, 0.1))
+    many = Family("many", "here", member, {"speed": (0.0, 10.0)})
+    one, family = verified(true, [right, wrong, many], 1e-6)
+    assert one.target().speed == family.target(speed=4.0).speed == 4.0
+    with pytest.raises(ValueError, match=r"the cosines of the member .* differ by"):
+        family.target(speed=4.1)
 
 
 def test_admissible():

@@ -17,13 +17,15 @@ HOSTILE = {
     "JUPYTER_CONFIG_PATH": "elsewhere", "PIP_USER": "1", "PIP_TARGET": "elsewhere", "PIP_PREFIX": "elsewhere",
     "MPLBACKEND": "agg", "PYTEST_ADDOPTS": "--maxfail=1", "VIRTUAL_ENV": "elsewhere",
 }  # fmt: skip
+ENVIRONMENT = {name: value for name, value in os.environ.items() if not name.startswith("MAKE")}
 
 pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="no make on this machine")
 
 
 def make(*arguments, cwd=ROOT, **environment):
-    env = {k: v for k, v in os.environ.items() if not k.startswith("MAKE")} | environment
-    done = subprocess.run(["make", *arguments], cwd=cwd, env=env, capture_output=True, text=True)
+    done = subprocess.run(
+        ["make", *arguments], cwd=cwd, env=ENVIRONMENT | environment, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -33,6 +35,14 @@ def test_settings_of_the_user_do_not_reach_the_recipes():
     names = {line.partition("=")[0] for line in seen.splitlines()}
     assert not names & HOSTILE.keys()
     assert {"OPENBLAS_NUM_THREADS", "JUPYTER_DATA_DIR", "TMALIB_RUNS"} <= names
+
+
+@pytest.mark.parametrize("recipe", ["false | true", "true | false | cat", "false; true", "echo $$unknown"])
+def test_a_step_that_fails_in_the_midst_of_a_recipe_stops_it(recipe):
+    done = subprocess.run(
+        ["make", "--eval", f"probe: ; @{recipe}", "probe"], cwd=ROOT, env=ENVIRONMENT, capture_output=True
+    )
+    assert done.returncode != 0
 
 
 @pytest.fixture
@@ -111,3 +121,18 @@ def test_binder_takes_the_book_s_lock():
     named = (ROOT / ".binder/requirements.txt").read_text(encoding="utf-8").split("-r ")[1].strip()
     assert (ROOT / ".binder" / named).resolve() == ROOT.resolve() / "environment.txt"
     assert os.access(ROOT / ".binder/postBuild", os.X_OK)
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_chapter_that_fails_stops_the_build_and_the_others_are_kept(copied, fails):
+    test_a_checkout_that_stays_does_not(copied)
+    python, log = copied / ".venv/bin/python", copied / "calls.txt"
+    python.parent.mkdir()
+    python.write_text(f'#!/bin/sh\necho "$@" >> {log}\ncase "$*" in *pytest*) exit {int(fails)};; esac\n')
+    python.chmod(0o755)
+    (copied / "build/executing").mkdir(parents=True)
+    (copied / "build/executing/one.ipynb").touch()
+    done = subprocess.run(["make", "notebooks"], cwd=copied, env=ENVIRONMENT, capture_output=True, text=True)
+    assert (done.returncode != 0) == fails, done.stderr
+    steps = [line.split()[1] for line in log.read_text().splitlines() if line.startswith("tools/build.py")]
+    assert steps == ["stale", "keep"]

@@ -32,6 +32,17 @@ def test_processes_give_the_same_estimates():
         np.testing.assert_array_equal(parallel[key], values)
 
 
+@pytest.mark.parametrize("runs", [0, 1, 499, 500, 501, 1700])
+def test_every_chunk_has_numbers_of_its_own(runs):
+    """Chunk k of a stream is seeded by the stream's number and k, as the module says; none is left out."""
+    number, counts = tma.Stream("example").number, [min(500, runs - first) for first in range(0, runs, 500)]
+    seeds = [np.random.SeedSequence(2016, spawn_key=(number, k)) for k in range(len(counts))]
+    wanted = [np.empty((0, 2)), *(draw(*pair)["x"] for pair in zip(seeds, counts, strict=True))]
+    found = tma.monte_carlo(draw, runs, "example", seed=2016)["x"]
+    np.testing.assert_array_equal(found, np.concatenate(wanted))
+    assert len(np.unique(found)) == 2 * runs
+
+
 def test_a_long_experiment_begins_with_the_short_one():
     long, short = (tma.monte_carlo(draw, runs, "example")["x"] for runs in (1200, 500))
     np.testing.assert_array_equal(long[:500], short)

@@ -181,6 +181,14 @@ def test_a_bias_passes_on_what_the_model_is():
     assert tma.DelayedBearingUnknownSpeed(340.0).guess == {"c": 340.0}
 
 
+def test_a_biased_sensor_measures_what_it_should_and_its_bias(scenario):
+    times = np.array([0.0, 300.0, 600.0])
+    for model in (tma.Bearing(), tma.Range(), tma.DopplerFrequency(true_f0=300.0)):
+        plain = model.observe(scenario.target, scenario.platform, times)
+        biased = tma.Biased(model, "error", true_bias=0.25)
+        np.testing.assert_allclose(biased.observe(scenario.target, scenario.platform, times), plain + 0.25)
+
+
 def test_unknown_speed_is_the_delayed_bearing_of_its_value():
     observer, s, state = np.array([100.0, -50.0]), -30.0, np.array([3e3, -2e3, 14.0, 7.0, 1480.0])
     value, gradient = tma.DelayedBearingUnknownSpeed().value_and_gradient(state, observer, s)

@@ -34,6 +34,22 @@ def test_course_heading_and_speed_carry_over():
     assert course.end_time == 160.0
 
 
+def test_at_a_corner_the_next_leg_has_begun():
+    legs = [tma.Straight(30.0), tma.Straight(30.0, heading=1.0), tma.Straight(30.0, heading=2.0)]
+    course = tma.Course((0, 0), speed=5.0, heading=0.0, legs=legs)
+    np.testing.assert_array_equal(course.heading_at([0.0, 30.0, 60.0, 90.0]), [0.0, 1.0, 2.0, 2.0])
+
+
+@pytest.mark.parametrize("velocity", [(3.0, 4.0), (-3.0, 4.0), (0.5, -2.0)])
+def test_a_target_is_where_it_is_said_to_be(velocity):
+    """At its time at its position; along speed and heading as along the velocity."""
+    target = tma.Target.from_velocity((100.0, 50.0), velocity, time=20.0)
+    np.testing.assert_array_equal(target.position_at(20.0), [100.0, 50.0])
+    np.testing.assert_allclose(target.position_at(21.0), np.add([100.0, 50.0], velocity))
+    again = tma.Target((100.0, 50.0), target.speed, target.heading, time=20.0)
+    np.testing.assert_allclose(again.position_at(30.0), target.position_at(30.0))
+
+
 def test_full_turn_is_a_circle():
     rate = 2 * np.pi / 100
     course = tma.Course((7.0, 3.0), speed=2.0, heading=0.9, legs=[tma.Turn(100.0, rate)])

@@ -7,7 +7,7 @@ import pytest
 from random_scenarios import FAMILIES, best_of_scipy, nearest, random_scenario
 
 import tmalib as tma
-from tmalib import condensed, pseudolinear
+from tmalib import condensed, pseudolinear, starts
 
 
 def lost(found, best):
@@ -226,6 +226,37 @@ def test_means_wrap():
     wanted = angles[:, :93].reshape(4, 31, 3).mean(axis=2)
     np.testing.assert_allclose(tma.wrap(made.of(tma.wrap(angles)) - wanted), 0, atol=1e-12)
     assert made.sensor.sigma == pytest.approx(0.01 / np.sqrt(3))
+
+
+def test_means_of_bearings_with_a_sigma_each():
+    """What each mean is made of, from bearings near zero, gives its time and its standard deviation."""
+    own = np.linspace(0.01, 0.02, 95)
+    made = condensed.means(tma.Sensor(tma.Bearing(), np.arange(95.0), own))
+    parts = made.of(1e-3 * np.eye(95)).T / 1e-3
+    assert made.sensor.times.shape == (31,)  # of three; a rest of two is left out
+    np.testing.assert_allclose(parts @ np.arange(95.0), made.sensor.times)
+    np.testing.assert_allclose((parts * own) @ (parts * own).T, np.diag(made.sensor.sigma**2), atol=1e-18)
+
+
+@pytest.mark.parametrize(
+    ("model", "speed", "noise", "again"),
+    [
+        (tma.Bearing(), 6.0, 1.0, 0),
+        (tma.Bearing(), 6.0, 3.0, 20),  # a fit that does not explain the bearings
+        (tma.DelayedBearing(40.0), 6.0, 1.0, 0),
+        (tma.DelayedBearing(40.0), 39.0, 1.0, 20),  # one that is hardly slower than sound
+    ],
+)
+def test_what_is_not_settled_is_looked_at_again(monkeypatch, model, speed, noise, again):
+    """All runs, or none: how many go through the further attempts."""
+    search, runs = starts._search, []
+    monkeypatch.setattr(starts, "_search", lambda *told: runs.append(len(told[2])) or search(*told))
+    ship = tma.Course((0, 0), 5.0, 0.0, [tma.Straight(300), tma.Straight(300, heading=np.pi / 2)])
+    sensor = tma.Sensor(model, np.arange(0, 600, 5.0), 0.0005)
+    scenario = tma.Scenario(ship, [sensor], 595.0, tma.Target((2e3, 4e3), speed, 1.5, time=595.0))
+    angles = scenario.measure() + noise * 0.0005 * np.random.default_rng(1).standard_normal((20, 120))
+    assert tma.fit(scenario, angles).converged.all()
+    assert sum(runs) == again
 
 
 def test_a_start_faster_than_sound_is_no_converged_fit(scenario):

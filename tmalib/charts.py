@@ -40,6 +40,8 @@ class Chart(Protocol):
 
     def jacobian(self, point: FloatArray, /) -> FloatArray: ...
 
+    def inverse_jacobian(self, point: FloatArray, /) -> FloatArray: ...
+
 
 ChartMaker: TypeAlias = Callable[..., Any]  # of origin and names of the state, as a chart's class
 

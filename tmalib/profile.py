@@ -51,6 +51,10 @@ class Held:
         slope[..., np.array(self.places)] = 0.0
         return slope
 
+    def inverse_jacobian(self, point: FloatArray) -> FloatArray:
+        """That of the chart; of what is held nothing is asked."""
+        return self.chart.inverse_jacobian(point)
+
 
 def lowest_of(
     scenario: Scenario, angles: FloatArray, starts: FloatArray, chart: Chart

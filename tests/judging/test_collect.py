@@ -4,7 +4,7 @@ from dataclasses import asdict, replace
 
 import pytest
 from nbformat import v4
-from toy_paper import notebook, write_notebook
+from toy_paper import CONTENTS, LEDGER, MANIFEST, notebook, write_notebook, write_paper
 
 from tmalib import Source
 from tmalib.judging import HOLDS, Claim, Statement, chapter, collect, read_paper, read_papers, verdict
@@ -51,6 +51,21 @@ def test_an_unjudged_number_is_refused():
 def test_wrong_claims_are_refused(wrong, message):
     (found,) = collect.problems([*wrong(ROWS[0]), *complete()[1:]], EMW)
     assert message in found
+
+
+def test_what_statements_rest_on_is_looked_at():
+    found = complete()
+    place = next(i for i, each in enumerate(found) if isinstance(each, Statement))
+    found[place] = replace(found[place], rests_on=("Nothing",))
+    (problem,) = collect.problems(found, EMW)
+    assert problem == f"{found[place].row} rests on Nothing, which is not judged"
+
+
+def test_what_the_contents_lack_is_looked_at(tmp_path):
+    contents = CONTENTS.replace('["Table 1"]', '["Table 1; heads; mean"]')
+    toy = read_paper(write_paper(tmp_path / "toy", MANIFEST, LEDGER, contents))
+    found = collect.problems([claim(row) for row in toy.ledger.values()], {"toy": toy})
+    assert found == [f"toy: in no section: toy; Table 1; heads; {column}" for column in ("std", "bound")]
 
 
 def test_claims_are_read_from_outputs_in_the_order_of_the_ledger(tmp_path):

@@ -84,6 +84,9 @@ def item(text):
     ("contents", "problem"),
     [
         (item('{ kind = "figure", name = "Figure 1", see = ["fig-toy"] }'), "in no section: toy; Table 1"),
+        (item('{ kind = "table", name = "T", judged = ["Table 1; heads; mean"] }'), "Table 1; heads; std"),
+        (item('{ kind = "table", name = "T", see = ["a"] }, { kind = "table", name = "T", see = ["b"] }'),
+         "toy: listed 2 times: 1 table T"),
         (item('{ kind = "table", name = "T", judged = ["Table 1", "Table 2"] }'), "under Table 2, where"),
         (CONTENTS + '[errata.toy-1]\n' + "".join(f'{n} = "x"\n' for n in
          ("where", "printed", "corrected", "evidence", "consequence")), "not those of the manifest"),

@@ -32,6 +32,7 @@ MADE_FROM = [Runs({}, Source("", "toy", 1, 0))]
 
 def toy_of(folder, said=SAID, ledger=TEXT):
     manifest = MANIFEST.replace('bound = "bound"', 'bound = "bound"\nclaim = ""')
+    manifest = manifest.replace("[rows]", '[rows]\ntails = "share of tails"')
     toy = write_paper(folder / f"toy{len(list(folder.iterdir()))}", manifest, ledger)
     (toy / "phrases.toml").write_text(said, encoding="utf-8")
     return read_paper(toy)
@@ -97,6 +98,7 @@ def test_what_is_missing_is_named(tmp_path):
         phrases_of(paper, "Table 2")
     for said, ledger, message in (
         (SAID, LEDGER, "ledger differ in"),
+        (SAID, TEXT + "Table 1,tails,claim,fair,1,text,\n", "ledger differ in"),
         (SAID.replace("before", "later"), TEXT, "chosen must be one of"),
         (SAID.replace("at_least = 0.4\nat_most = 0.6\n", ""), TEXT, "needs at_least, at_most or both"),
     ):

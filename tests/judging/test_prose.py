@@ -43,6 +43,11 @@ def test_prose_from_the_ledger_passes(text):
     assert prose.verdicts_in(text) == []
 
 
+def test_a_role_vouches_for_itself_only():
+    text = "{count}`toy; Table 1; reproduced` agree.\nThe rest is not reproduced.\n"
+    assert prose.verdicts_in(text) == ["The rest is not reproduced."]
+
+
 def test_captions_and_alternative_texts_are_prose_too(tmp_path):
     path = write_notebook(tmp_path / "chapter.ipynb", "1")
     for part, name in (("figure", "caption"), ("image", "alt")):

@@ -38,6 +38,14 @@ def test_only_chapters_with_random_numbers_are_done_again():
     assert reseed.random_chapters(claims) == ["0", "a.ipynb"]
 
 
+def test_a_seed_takes_the_place_of_its_own_row_only(tmp_path):
+    path = tmp_path / "seeds.csv"
+    for seed, changed in ((10, 1), (9, 2), (10, 3)):
+        reseed.add_seed(path, (seed, "2026-01-01", 4, 50, changed, "one; two"))
+    rows = [",".join(reseed.COLUMNS), "9,2026-01-01,4,50,2,one; two", "10,2026-01-01,4,50,3,one; two"]
+    assert path.read_text(encoding="utf-8").splitlines() == rows
+
+
 @pytest.mark.parametrize("seed", ["", "17"])
 def test_the_seed_of_the_environment_is_that_of_every_stream(seed):
     code = "import tmalib; print(tmalib.Stream('a', 3).chunk(2).entropy, tmalib.Stream('b').source.seed)"

@@ -1,7 +1,10 @@
 """Stored runs are those that would be computed; after a change of the code they are computed again."""
 
+import fcntl
+import platform
 import subprocess
 import sys
+import threading
 from functools import partial
 from pathlib import Path
 
@@ -81,6 +84,49 @@ def run_copy(copy, store):
     file, value = done.stdout.split()
     assert file == str(copy / "tmalib" / "__init__.py"), "the copy's library, not the original's"
     return float(value)
+
+
+@pytest.mark.parametrize(
+    ("of", "name", "value"), [(np, "__version__", "1"), (platform, "python_version", str)]
+)
+def test_runs_of_another_numpy_or_python_are_not_found(store, monkeypatch, of, name, value):
+    stored_runs(TASK, 5, STREAM)
+    monkeypatch.setattr(of, name, value)
+    stored_runs(TASK, 5, STREAM)
+    assert len(list(store.glob("*.npz"))) == 2
+
+
+def test_arguments_that_print_alike_have_other_names(store, monkeypatch):
+    """Long arrays are abbreviated where they are shown, and numbers rounded."""
+
+    def made(task, runs, stream, seed, keep):
+        keep.mkdir()
+        return {"x": np.zeros(runs)}
+
+    monkeypatch.setattr("tmalib.judging.chapter.monte_carlo", made)
+    depths = np.linspace(0, 1, 3000)
+    for at, by in ((0, 0.0), (-1, 1e-12), (1000, 1.0)):
+        other = depths.copy()
+        other[at] += by
+        assert repr(other) == repr(depths)
+        stored_runs(partial(experiments.two_rays, bottom_depth=other), 5, STREAM)
+    assert len(list(store.glob("*.npz"))) == 3
+
+
+def test_who_comes_second_waits(store):
+    """The lock of an entry is held here, as by another chapter that makes its runs."""
+    stored_runs(TASK, 5, STREAM)
+    (path,) = store.glob("*.npz")
+    path.unlink()
+    with path.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        second = threading.Thread(target=stored_runs, args=(TASK, 5, STREAM))
+        second.start()
+        second.join(0.5)
+        assert second.is_alive()
+        assert not path.exists()
+    second.join(60)
+    assert path.exists()
 
 
 def test_a_changed_line_of_the_library_is_seen(tmp_path, copy_of_library):

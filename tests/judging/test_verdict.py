@@ -109,6 +109,15 @@ def test_monte_carlo_verdicts():
         assert at_limit.note == module.AT_LIMIT
 
 
+def test_rows_of_experiments_of_different_size_are_no_table():
+    rows = [PAPER.printed(TABLE, row, "std_mle") for row in ("xT", "yT")]
+    ours = [judging.of_runs(runs_with(row.value), "std") for row in rows]
+    assert judging.judge_rows(zip(rows, ours, strict=True)).count(judging.REPRODUCED) == 2
+    rows[1] = replace(rows[1], runs=100)
+    with pytest.raises(ValueError, match="as many as the rest of its table"):
+        judging.judge_rows(zip(rows, ours, strict=True))
+
+
 def test_a_row_that_fails_with_the_others_only_says_so():
     """Two spreads of nearly the same errors, one printed larger than ours and one smaller."""
     rng, ours, rows = np.random.default_rng(3), {}, ("xT", "yT")
