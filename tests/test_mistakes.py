@@ -378,6 +378,9 @@ LINES = [
     ),
     ("nees batches", lambda: tma.nees(np.ones((3, 4)), np.ones(4), np.ones((2, 4, 4))), "must broadcast"),
     ("nees of text", lambda: tma.nees("x", np.ones(4), np.eye(4)), "state must be numbers"),
+    ("bias of no state", lambda: tma.second_order_bias(WATCH), "state needs a target"),
+    ("bias of two states", lambda: tma.second_order_bias(WATCH, [STATE, STATE]), "state must be one state"),
+    ("progress of half a run", lambda: tma.ProgressLine()(0.5, 10), "finished must be"),
     (
         "nees of nobody",
         lambda: tma.nees(np.ones((0, 4)), np.ones(4), np.eye(4)),

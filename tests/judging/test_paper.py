@@ -40,6 +40,7 @@ def test_a_paper_is_read(toy):
     assert paper.printed("Table 1", "heads", "mean") == Printed(
         "toy", "Table 1", "heads", "mean", "0.49", "1", "monte-carlo", 500
     )
+    assert paper.printed("Table 1", "heads", "bound").runs is None
     assert (paper.stream("toy/coins").name, paper.stream("toy/coins").number) == ("toy/coins", 40)
 
 

@@ -41,6 +41,17 @@ def test_probability_of_a_gaussian_cell_by_its_distribution(statistic):
         assert abs(probability - min(1, exact)) < 5 * spread + 0.015 * (statistic == "std")
 
 
+def test_few_runs_of_the_paper_and_few_of_ours():
+    """Variances of experiments of ten runs are not biased; with as many runs as the paper's the spread of a
+    mean is that of a difference of two."""
+    runs = gaussian(1)
+    squares = draw_tables(runs, ["std"], 10).drawn[:, 0] ** 2
+    assert abs(squares.mean() - runs.var()) < 5 * squares.std() / np.sqrt(len(squares))
+    few = gaussian(1, runs=400)
+    spread = draw_tables(few, ["mean"], 400).drawn[:, 0].std()
+    assert spread == pytest.approx(few.std() * np.sqrt(2 / 400), rel=0.03)
+
+
 def test_the_table_together_by_chi_square():
     """Means of correlated Gaussian errors: Mahalanobis' distance."""
     errors = simulated.correlated_errors(np.random.default_rng(1), 50_000, 3, 0.8)

@@ -94,8 +94,9 @@ def main(words):
     with tempfile.TemporaryDirectory() as folder:
         copy, some = Path(folder, "copy"), chosen(words)
         shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(*LEFT_BEHIND))
-        if tests_fail(copy, sorted({test for mutant in some for test in mutant["tests"]})):
-            sys.exit("the tests fail without any mutant")
+        for test in sorted({test for mutant in some for test in mutant["tests"]}):
+            if tests_fail(copy, [test]):
+                sys.exit(f"{test} fails without any mutant")
         counts = Counter()
         for mutant in some:
             what, remark = outcome(copy, mutant)

@@ -111,3 +111,12 @@ def test_shortcomings_of_a_table():
     short = judging.Verdicts(judged_as_wished().claims[:-1], 3.0)
     with pytest.raises(ValueError, match="no claim"):
         tables.shortcomings(2, short, good)
+
+
+@pytest.mark.parametrize("number", [1, 4])
+def test_each_bound_is_that_of_its_column(number):
+    errors = np.random.default_rng(1).standard_normal((500, 4))
+    ours = tables.ours_of_scenario(number, {"mle": errors, "ekf": errors})
+    for column in ("std_crlb", "std_crlb_botma"):
+        values = [ours[row, column].value for row in tables.ROWS]
+        assert tables.units_off(number, column, values).max() <= 1

@@ -1,11 +1,13 @@
 """The phrases of the third paper: their limits, and their measures against independent ones."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
 import tmalib as tma
-from tmalib import judging
+from tmalib import judging, status
 from tmalib.montecarlo import Runs, Source
 from tmalib.papers.robustness import measures
 from tmalib.papers.robustness import phrases as text
@@ -98,3 +100,12 @@ def test_judged_by_the_share_of_scenarios(runs):
         )
     assert text.middle("first order, circular target", [np.nan, 0.05, 0.06]) == 0.06
     assert text.middle("BLS, circular target", [np.nan, 0.05, 0.06]) == 0.05
+
+
+def test_only_what_has_no_minimum_is_at_infinity(monkeypatch):
+    """A fit that failed for another reason says nothing of where the estimate would be."""
+    words = np.array([status.CONVERGED, status.NO_MINIMUM, status.RAN_AWAY, status.ITERATION_LIMIT])
+    found = SimpleNamespace(state=np.ones((4, 4)), status=words, converged=words == status.CONVERGED)
+    monkeypatch.setattr(measures, "fit", lambda *told, **more: found)
+    state = measures.fit_or_infinity(SimpleNamespace(straight=None, theta_star=None), None)
+    np.testing.assert_array_equal(state[:, 0], [1.0, np.inf, np.inf, np.nan])
