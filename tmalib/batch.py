@@ -34,7 +34,7 @@ from .uniform import PLANE, is_uniform, moving_pairs, propagate
 from .unknown_sigma import with_estimated_sigmas
 
 BLOCK = 500  # runs at once: what is needed besides measurements and results is then bounded
-FLAT = 1e-11  # a scaled determinant below which the rank is looked at; rounding leaves 1e-14 of none
+FLAT = 1e-9  # a scaled determinant below which the rank is looked at; rounding leaves 1e-11 of none
 
 
 def first_bearing(scenario: Scenario) -> tuple[int, Motion]:
