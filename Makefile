@@ -163,8 +163,11 @@ conformance: $(PEERS)/.requirements  ## what other estimators make of the forty 
 problems: $(ENV)  ## make the forty problems anew, and search for their answers
 	PYTHONPATH=tests $(BIN)/python tests/conformance/make_problems.py tmalib/conformance
 
-times: $(ENV)  ## how long each chapter takes from nothing: tmalib/speed (ten minutes, quiet machine)
+times: $(ENV)  ## execute all chapters anew, and say how long each takes: tmalib/speed (ten minutes, quiet machine)
+	rm -rf build/executed build/runs && mkdir -p build/config/ipython
+	$(BIN)/python tools/build.py stale
 	$(BIN)/python tools/times.py $(JOBS)
+	$(BIN)/python tools/build.py keep
 
 starts: $(ENV)  ## how many fits without a start are lost, over random scenarios (STARTS=830 for 5 000)
 	$(BIN)/python -m pytest tests/benchmarks/test_starts.py -s

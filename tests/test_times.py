@@ -7,8 +7,8 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 REPORT = """<testsuites><testsuite>
-<testcase classname="build.times.notebooks.conical_angles.theorem_2.ipynb" name="x" time="3.25">{}</testcase>
-<testcase classname="build.times.notebooks.use.speed.ipynb" name="y" time="0.5"/>
+<testcase classname="build.executing.conical_angles.theorem_2.ipynb" name="x" time="3.25">{}</testcase>
+<testcase classname="build.executing.use.speed.ipynb" name="y" time="0.5"/>
 </testsuite></testsuites>"""
 
 

@@ -1,14 +1,12 @@
-"""How long the chapters take from nothing, for `make times`: each executed once, without stored runs.
+"""How long the chapters take from nothing, for `make times`, which has prepared all of them without stored runs.
 
 Usage: times.py WORKERS, from the root of the repository
 
-The papers' chapters first, then those beyond them, then the others; runs that one stores the later ones find.
-Writes tmalib/speed/chapters.json.
+Executes them in build/executing: the papers' first, then those beyond them, then the others; runs that one stores
+the later ones find. Writes tmalib/speed/chapters.json.
 """
 
 import json
-import os
-import shutil
 import subprocess
 import sys
 import time
@@ -19,7 +17,7 @@ from xml.etree import ElementTree
 from tmalib.judging import read_papers
 from tmalib.speed import processor
 
-FOLDER, TARGET = Path("build/times"), Path("tmalib/speed/chapters.json")
+FOLDER, TARGET = Path("build/executing"), Path("tmalib/speed/chapters.json")
 
 
 def groups() -> dict[str, list[str]]:
@@ -38,17 +36,14 @@ def times_in(report: Path) -> dict[str, float]:
     cases = list(ElementTree.parse(report).iter("testcase"))
     if failed := [case.get("classname", "") for case in cases if len(case)]:
         raise ValueError(f"these chapters failed: {failed}")
-    return {case.get("classname", "").split("notebooks.")[-1].removesuffix(".ipynb").replace(".", "/"):
+    return {case.get("classname", "").split("executing.")[-1].removesuffix(".ipynb").replace(".", "/"):
             float(case.get("time", "nan")) for case in cases}  # fmt: skip
 
 
 def main(workers: str) -> None:
-    shutil.rmtree(FOLDER, ignore_errors=True)
-    shutil.copytree("notebooks", FOLDER / "notebooks")
-    environment = os.environ | {"TMALIB_RUNS": str((FOLDER / "runs").resolve())}
     found = {}
     for name, folders in groups().items():
-        report, begin = FOLDER / f"{name}.xml", time.perf_counter()
+        report, begin = Path(f"build/{name}.xml"), time.perf_counter()
         command = [
             "-m",
             "pytest",
@@ -61,8 +56,8 @@ def main(workers: str) -> None:
             "worksteal",
         ]
         command += ["-p", "no:cacheprovider", "-W", "default", f"--junitxml={report}"]
-        places = [str(FOLDER / "notebooks" / folder) for folder in folders]
-        subprocess.run([sys.executable, *command, *places], check=True, env=environment)
+        places = [str(FOLDER / folder) for folder in folders]
+        subprocess.run([sys.executable, *command, *places], check=True)
         found[name] = {"seconds": round(time.perf_counter() - begin, 1), "chapters": times_in(report)}
     about = {"date": date.today().isoformat(), "processor": processor(), "workers": int(workers)}
     TARGET.write_text(json.dumps(about | {"groups": found}, indent=1) + "\n", encoding="utf-8")
