@@ -1,9 +1,9 @@
-"""How long the chapters take from nothing, for `make times`, which has prepared all of them without stored runs.
+"""How long the chapters take from nothing, for `make times`, which has prepared all without stored runs.
 
 Usage: times.py WORKERS, from the root of the repository
 
-Executes them in build/executing: the papers' first, then those beyond them, then the others; runs that one stores
-the later ones find. Writes tmalib/speed/chapters.json.
+Executes them in build/executing: the papers' first, then those beyond them, then the others; runs that one
+stores the later ones find. Writes tmalib/speed/chapters.json.
 """
 
 import json
