@@ -23,7 +23,7 @@ FOLDER, TARGET = Path("build/executing"), Path("tmalib/speed/chapters.json")
 def groups() -> dict[str, list[str]]:
     """Folders of notebooks, by group."""
     papers = [paper.folder.name for paper in read_papers().values()]
-    others = sorted(path.name for path in Path("notebooks").iterdir() if path.is_dir())
+    others = sorted(path.name for path in Path("notebooks").iterdir() if any(path.glob("*.ipynb")))
     return {
         "papers": papers,
         "beyond": [name for name in others if name == "beyond"],
