@@ -33,6 +33,7 @@ def chunks_in(folder):
 
 
 def interrupt():
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # who was started in the background ignores it
     os.kill(os.getpid(), signal.SIGINT)  # as Ctrl-C does
     signal.pause()
 
