@@ -767,6 +767,22 @@ LINES = [
 for line in LINES:
     mistake(*line)
 
+BEYOND = [
+    ("no other motion", lambda: tma.departure_effect(SEEN, []), "others is empty"),
+    ("a departure at no time", lambda: tma.departure_effect(SEEN, TRUTH, "noon"), "time must be"),
+    ("a posterior of no fit", lambda: tma.sample_posterior(ONE, 1), "must be a Fit"),
+    ("no draws", lambda: tma.sample_posterior(FIT, 1, draws=0), "draws must be"),
+    ("two rays", lambda: tma.position_from_rays([tma.DIRECT] * 2, [0.1, 0.2], 9, 99), "paths|three"),
+    (
+        "three rays that are one",
+        lambda: tma.position_from_rays([tma.DIRECT] * 3, [0.1] * 3, 9, 99),
+        "different",
+    ),
+    ("a component without a name", lambda: tma.KnownComponent(3), "name must be"),
+]
+for line in BEYOND:
+    mistake(*line)
+
 
 @pytest.mark.parametrize(("call", "expected"), MISTAKES)
 def test_a_mistake_gets_an_answer_or_is_named(call, expected):
@@ -791,6 +807,10 @@ def test_every_public_name_is_in_the_table():
     outputs = {
         "Alternative",
         "Consistency",
+        "CredibleRegion",
+        "DepartureEffect",
+        "Posterior",
+        "RayPosition",
         "Ellipse",
         "Estimate",
         "FilterState",

@@ -70,6 +70,7 @@ THINGS = {
     "particles": [CLOUD, tma.sir(WATCH, HEARD[0], CLOUD, 0.001, 1)],
     "region": tma.confidence_region(FOUND, 0.9),
     "posterior": [DRAWN, DRAWN.region(0.9)],
+    "departure": tma.departure_effect(SCENARIO, tma.Course((0, 0), 6.0, 0.0, [tma.Turn(600, 0.001)])),
     "rays": tma.position_from_rays([tma.DIRECT, tma.BOTTOM_BOUNCE, tma.RayPath(-1, 1, 1)], [0.6] * 3, 9, 99),
     "tests of residuals": tma.residual_tests(FOUND),
     "rows": tma.summarise(FOUND),
@@ -121,6 +122,7 @@ def test_all_kinds_are_among_them():
     walk(list(THINGS.values()))
     walk([tma.DIRECT, tma.find_ghosts(GHOSTLY), near()])
     classes = {getattr(tma, name) for name in tma.__all__ if isinstance(getattr(tma, name), type)}
+    classes -= {tma.ProgressLine}  # writes to a file of this process
     assert classes | {ghosts.Family, Row, sensitivity.Response, sensitivity.Modes} <= seen
 
 

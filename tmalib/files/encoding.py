@@ -38,6 +38,7 @@ from ..curved import AcceleratedBearing, TurningBearing
 from ..doppler import DopplerFrequency
 from ..ellipse import Ellipse
 from ..estimate import Estimate, Fit
+from ..known import KnownComponent
 from ..motion import Course, Leg, SampledCourse, Target
 from ..particles import ParticleTrack
 from ..priors import FilterState, Prior
@@ -55,7 +56,7 @@ CLASSES = {
     for cls in (
         Target, Leg, Course, SampledCourse, RecordedCourse, Frame,
         Bearing, DelayedBearing, DelayedBearingUnknownSpeed, AcceleratedBearing, TurningBearing,
-        RayPath, ConicalAngle, DopplerFrequency, Range, Biased, Sensor, Scenario,
+        RayPath, ConicalAngle, DopplerFrequency, Range, Biased, KnownComponent, Sensor, Scenario,
         Fit, Estimate, Ellipse, Consistency, Prior, FilterState, ProcessNoise, Track, Cloud, ParticleTrack,
     )
 }  # fmt: skip
