@@ -108,7 +108,10 @@ class Words:
     def counted(self, page, kind, anchor):
         return ".".join(map(str, self.env.toc_fignumbers[page][kind][anchor]))
 
-    def citation(self, key):
+    def citation(self, keys):
+        return "; ".join(self.author_and_year(key.strip()) for key in keys.split(","))
+
+    def author_and_year(self, key):
         entry = self.env.get_domain("cite").bibdata.data.entries[key]
         names = [" ".join(person.last_names) for person in entry.persons["author"]]
         several = {1: names[0], 2: " and ".join(names)}.get(len(names), f"{names[0]} et al.")
