@@ -11,7 +11,7 @@ from tmalib.judging.live_bearings import solution
 from tmalib.samples import sample
 
 PAGES = sorted(SITE.glob("notebooks/**/*.html"))
-LIVE = [p for p in PAGES if '<div class="live"' in p.read_text(encoding="utf-8")]
+LIVE = [p for p in PAGES if ' class="live" ' in p.read_text(encoding="utf-8")]
 every_view = pytest.mark.parametrize("path", LIVE, ids=lambda path: path.relative_to(SITE).as_posix())
 DRAWN = "views => views.map(view => [...view.querySelectorAll('[data-curve]')].map(path => path.outerHTML))"
 LARGEST = 150_000  # bytes of the views of a page
