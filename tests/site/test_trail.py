@@ -46,6 +46,8 @@ def test_links_in_code_lead_to_what_python_means(chapter):
         root, *rest = "".join(link.get_text().split()).split(".")
         if root not in names or link.find_parent("div", class_="cell_input") is None:
             continue
+        if link.previous_sibling is not None and link.previous_sibling.get_text().endswith("."):
+            continue  # an attribute of something else, by the same name
         meant = [reduce(lambda each, name: getattr(each, name, None), rest, found) for found in names[root]]
         meant = [m for m in meant if inspect.ismodule(m) or inspect.isclass(m) or inspect.isfunction(m)]
         if meant:
