@@ -33,44 +33,35 @@ def test_one_place_writes_into_frozen_dataclasses():
     assert [name for name in text if "__setattr__" in text[name]] == ["tmalib/checks.py"]
 
 
-def test_no_name_of_the_library_has_two_meanings():
-    """Public functions and classes below papers and judging, and the modules themselves."""
-    library = {
-        name: tree for name, tree in TREES.items() if not re.search(r"/(papers|judging|beyond)/", name)
-    }
+def names_with_two_meanings(files):
+    """Public functions and classes that several of these files, or one twice, define."""
     names = Counter(
         node.name
-        for tree in library.values()
-        for node in tree.body
+        for name in files
+        for node in TREES[name].body
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_")
     )
-    assert [name for name, count in names.items() if count > 1] == []
+    return [name for name, count in names.items() if count > 1]
+
+
+def test_no_name_of_the_library_has_two_meanings():
+    """Below papers, judging and beyond."""
+    assert (
+        names_with_two_meanings(name for name in TREES if not re.search(r"/(papers|judging|beyond)/", name))
+        == []
+    )
 
 
 @pytest.mark.parametrize("paper", sorted(p.parent.name for p in ROOT.glob("tmalib/papers/*/paper.toml")))
 def test_no_name_of_a_paper_has_two_meanings(paper):
     """Among its own modules."""
-    names = Counter(
-        node.name
-        for name, tree in TREES.items()
-        if f"/papers/{paper}/" in name
-        for node in tree.body
-        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_")
-    )
-    assert [name for name, count in names.items() if count > 1] == []
+    assert names_with_two_meanings(name for name in TREES if f"/papers/{paper}/" in name) == []
 
 
 @pytest.mark.parametrize("chapter", sorted(p.stem for p in ROOT.glob("notebooks/beyond/*.ipynb")))
 def test_no_name_of_a_chapter_beyond_the_papers_has_two_meanings(chapter):
     """Among the modules that are named as it is."""
-    names = Counter(
-        node.name
-        for name, tree in TREES.items()
-        if f"/beyond/{chapter}" in name
-        for node in tree.body
-        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_")
-    )
-    assert [name for name, count in names.items() if count > 1] == []
+    assert names_with_two_meanings(name for name in TREES if f"/beyond/{chapter}" in name) == []
 
 
 def test_the_library_names_no_paper():
