@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import status as words
-from .checks import LARGEST, as_numbers, check_array, check_is, check_scalar
+from .checks import check_array, check_is, check_scalar
 from .gaussian_updates import UPDATES
-from .kalman import checked_inputs, in_columns
+from .kalman import check_record, checked_inputs, in_columns
 from .priors import Prior, prior_along_first_bearing
 from .process_noise import ProcessNoise
 from .recursive import Track
@@ -153,13 +153,7 @@ def _filtered(scenario, angles, prior, record, update, process_noise):
     if names != scenario.coordinates:
         raise ValueError(f"prior must have the components {scenario.coordinates}, in this order, got {names}")
     reference, step = scenario.reference_time, UPDATES[update]
-    record = np.atleast_1d(as_numbers("record", reference if record is None else record))
-    if record.ndim != 1 or np.any(np.diff(record) <= 0) or not np.all(np.abs(record) <= LARGEST):
-        raise ValueError(f"record must be finite and strictly increasing, got {record}")
-    if process_noise is not None and len(record) and record[0] < prior.time:
-        raise ValueError(
-            f"record must not be before the prior's time {prior.time} with process noise, got {record[0]}"
-        )
+    record = check_record(record, reference, None if process_noise is None else prior)
     back = transition(reference - prior.time, names)
     mean, covariance = propagate(prior.mean, reference - prior.time, names), back @ prior.covariance @ back.T
     x, p, measured, shape = in_columns(mean, covariance, angles)

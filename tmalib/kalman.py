@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .charts import ChartMaker, check_chart
-from .checks import check_broadcast, check_is, check_scalar
+from .checks import LARGEST, as_numbers, check_broadcast, check_is, check_scalar
 from .priors import Prior
 from .process_noise import ProcessNoise
 from .scenario import Scenario
@@ -148,6 +148,21 @@ def checked_inputs(
     measured = check_is("scenario", scenario, Scenario).check_measurements(measured)
     check_noise(process_noise)
     return measured, check_is("prior", prior, Prior).names_for(scenario)
+
+
+def check_record(record: ArrayLike | None, reference: float, prior: Prior | None) -> FloatArray:
+    """Times ``(T,)`` at which a filter keeps its estimate, the reference time by default; `ValueError`.
+
+    With a ``prior`` they must not be before it: process noise is not run backwards.
+    """
+    times = np.atleast_1d(as_numbers("record", reference if record is None else record))
+    if times.ndim != 1 or np.any(np.diff(times) <= 0) or not np.all(np.abs(times) <= LARGEST):
+        raise ValueError(f"record must be finite and strictly increasing, got {times}")
+    if prior is not None and len(times) and times[0] < prior.time:
+        raise ValueError(
+            f"record must not be before the prior's time {prior.time} with process noise, got {times[0]}"
+        )
+    return times
 
 
 def check_noise(process_noise: ProcessNoise | None) -> None:

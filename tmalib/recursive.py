@@ -28,8 +28,17 @@ from numpy.typing import ArrayLike
 
 from . import status as words
 from .charts import ChartMaker
-from .checks import LARGEST, as_numbers, check_is, check_scalar
-from .kalman import chart_at, check_noise, checked_inputs, gate_limit, in_columns, in_state, update_state
+from .checks import check_is, check_scalar
+from .kalman import (
+    chart_at,
+    check_noise,
+    check_record,
+    checked_inputs,
+    gate_limit,
+    in_columns,
+    in_state,
+    update_state,
+)
 from .priors import FilterState, Prior
 from .process_noise import ProcessNoise
 from .scenario import Scenario
@@ -144,13 +153,7 @@ def ekf(
     limit, reference = gate_limit(gate), scenario.reference_time
     if prior.time > scenario.times.max():
         raise ValueError(f"prior is of {prior.time} s, and there is no measurement after it: use predict")
-    record = np.atleast_1d(as_numbers("record", reference if record is None else record))
-    if record.ndim != 1 or np.any(np.diff(record) <= 0) or not np.all(np.abs(record) <= LARGEST):
-        raise ValueError(f"record must be finite and strictly increasing, got {record}")
-    if process_noise is not None and len(record) and record[0] < prior.time:
-        raise ValueError(
-            f"record must not be before the prior's time {prior.time} with process noise, got {record[0]}"
-        )
+    record = check_record(record, reference, None if process_noise is None else prior)
     back = transition(reference - prior.time, names)
     mean, covariance = propagate(prior.mean, reference - prior.time, names), back @ prior.covariance @ back.T
     x, p, measured, shape = in_columns(mean, covariance, angles)
